@@ -3,7 +3,7 @@ from drawing import BLUE, GREEN, GREY, INK, ORANGE, RED, Drawing
 
 PATH = "common/contact/levels.svg"
 CAPACITY, PER_CANDIDATE = 384, 1.3  # contact candidates of the second direction of a pair; queries per candidate
-LIMITS = {"first": 16, "fine": 4, "coarse": 8, "trial": 4}  # limit of a tree walk [queries of a step]
+LIMITS = {"first": 16, "fine": 4, "coarse": 8, "trial": 4}  # limits of a tree traversal, in multiples of PER_CANDIDATE · CAPACITY queries
 
 
 def limit(state):

@@ -245,7 +245,8 @@ TEST(Client, ThatGoesToAnotherSceneCallsOffTheModelOfTheOld) {
   bench.join(box_scene());
   making.wait_until_it_began();
   bench.join_again(box_scene());
-  while (making.points < 2) bench.client.poll(bench.now);  // polling suffices; virtual time does not advance
+  // Waits for the construction thread. Virtual time does not advance meanwhile.
+  while (making.points < 2) bench.client.poll(bench.now);
   EXPECT_TRUE(making.is_called_off);
 }
 
@@ -387,11 +388,11 @@ TEST(Client, AModelMadeAsideIsShownWhenItIsReady) {
 
 TEST(Client, AModelOfASceneThatWasLeftIsNotShownInTheNext) {
   ClientBench bench({.makes_models_aside = true});
-  bench.join(box_scene());  // the construction starts here on another thread …
+  bench.join(box_scene());  // another thread begins to construct the local model of this scene
   bench.client.session().on_disconnected(bench.now, "cut");
   bench.now += std::chrono::seconds(1);
   bench.client.session().poll(bench.now);
-  bench.join(scene_without_its_asset());  // … and ends after the client has adopted the next scene
+  bench.join(scene_without_its_asset());  // the construction ends only after the client has adopted this next scene
   const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
   while (std::chrono::steady_clock::now() < until) {
     bench.run();

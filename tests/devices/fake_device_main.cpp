@@ -93,8 +93,8 @@ struct FakeSpaceMouse {
             {"plug", [this](std::istream&) { node.plug_in(); }},
             {"tell", [this](std::istream&) { write_line("light " + std::to_string(node.light())); }}};
   }
-  /// Sets the report that the device sends repeatedly, as for a deflected cap. The input contains its bytes in
-  /// hexadecimal.
+  /// Sets the report that the device sends repeatedly, as a SpaceMouse with a deflected cap does. The input contains
+  /// the bytes of the report in hexadecimal.
   void report(std::istream& in) {
     std::vector<std::uint8_t> bytes;
     for (unsigned byte = 0; in >> std::hex >> byte;) bytes.push_back(static_cast<std::uint8_t>(byte));

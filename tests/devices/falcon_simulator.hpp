@@ -1,9 +1,9 @@
 // Simulates the protocol of a Falcon. It receives the bytes and requests of the FTDI bridge, returns bytes, and can
 // inject faults.
 //
-//   LOADER  (9600)    after DTR rises: answers 0A 44 2C 0D with 0A 43 0D, then waits for the upload's baud rate
-//   UPLOAD  (0x0015)  echoes 41, then each byte of the firmware
-//   RUN     (0x0002)  with firmware: sends one packet for each received packet; without: sends nothing
+//   LOADER  baud rate 9600    after DTR rises: answers 0A 44 2C 0D with 0A 43 0D, then waits for the upload's baud rate
+//   UPLOAD  baud rate 0x0015  echoes 41, then each byte of the firmware
+//   RUN     baud rate 0x0002  with firmware: sends one packet for each received packet; without: sends nothing
 //
 // The response times suit the host's protocol; they were not measured with hardware. The homing rule was not verified
 // either: the device is homed when the grip passes z = 0.08 m while homing is requested.
@@ -23,7 +23,7 @@ namespace tandem::devices {
 struct FalconFaults {
   int greetings_ignored = 0;      ///< number of greetings that the loader ignores at first
   bool greets_with_zero = false;  ///< true: sends a byte 00 before its answer to a greeting
-  int uploads_corrupted = 0;      ///< number of uploads, from the first, in which one byte is echoed wrongly
+  int uploads_corrupted = 0;      ///< number of first uploads in which one byte is echoed wrongly
   bool stops_in_upload = false;   ///< true: sends nothing more after 1000 bytes
   bool sends_garbage = false;     ///< true: sends invalid bytes before each reply
   bool splits_replies = false;    ///< true: distributes each reply over three USB packets

@@ -96,8 +96,8 @@ TEST_F(FalconUsb, LoadsHomesAndShowsAForceAndItsEndIsZero) {
     believed += sample.is_valid ? 1 : 0;
     return believed >= 300;
   }));
-  // The condition takes the lock of the bus between ticks. A loop that blocks there for long counts as stalled, and the
-  // force becomes zero.
+  // Waits for a force at the motors. The force may be zero at first: the condition takes the lock of the bus between
+  // ticks, and a loop that blocks there for long counts as stalled.
   EXPECT_TRUE(tick_until(*device, Vec3(0, 0, 2), [this](const DeviceSample&) {
     return bus.with_falcon([](FalconSimulator& f) { return !f.motors.isZero(); });
   }));

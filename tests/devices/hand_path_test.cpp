@@ -27,8 +27,8 @@ HandPath straight_move() {
 
 TEST(HandPath, MovesByMinimumJerk) {
   const HandPath path = straight_move();
-  // Exact values: s(¼) = 10/64 − 15/256 + 6/1024 = 0.103515625 and s(½) = ½. The derivative is s'(½) = 15/8, with T = 2
-  // s.
+  // Exact values of the minimum-jerk profile s(u) = 10 u³ − 15 u⁴ + 6 u⁵, with u = t/T and T = 2 s: s(¼) = 0.103515625
+  // and s(½) = ½. Its derivative is s'(½) = 15/8.
   EXPECT_NEAR(path.pose_at(milliseconds(1500)).p.x(), 0.1 * 0.103515625, 1e-15);
   EXPECT_NEAR(path.pose_at(milliseconds(2000)).p.z(), -0.2 * 0.5, 1e-15);
   EXPECT_NEAR(path.twist_at(milliseconds(2000)).v.x(), 0.1 * 1.875 / 2, 1e-15);
@@ -44,7 +44,8 @@ TEST(HandPath, TwistIsTheDerivativeOfThePose) {
     const Pose before = path.pose_at(time - from_seconds(h_s));
     const Pose after = path.pose_at(time + from_seconds(h_s));
     const Twist twist = path.twist_at(time);
-    // Bound of a central difference: h²/6 times the third derivative. Here |x‴| ≤ 60/T³·|Δ| < 2.
+    // A central difference with the step h has an error of at most h²/6 times the third derivative. Here |x‴| ≤
+    // 60/T³·|Δ| < 2 m/s³, with the duration T and the displacement Δ.
     EXPECT_LT((twist.v - (after.p - before.p) / (2 * h_s)).norm(), h_s * h_s) << i;
     EXPECT_LT((twist.w - rotation_vector(after.q * before.q.conjugate()) / (2 * h_s)).norm(), 10 * h_s * h_s) << i;
   }
@@ -70,7 +71,8 @@ TEST(HandPath, ReadsTheFileAndUsesDefaultsForMissingFields) {
       {"t_s": 3, "buttons": [], "phase": "approach"}]})",
                                         "file.json");
   EXPECT_EQ(path.pose_at(seconds(1)).p, Vec3(1, 2, 3));
-  // The first rotation is about the fixed x axis, the second about the fixed z axis: y → z → z, and x → x → y.
+  // The pose is first rotated by 90° about the fixed x axis, which turns y to z and leaves x unchanged. It is then
+  // rotated by 90° about the fixed z axis, which leaves z unchanged and turns x to y.
   EXPECT_LT((path.pose_at(seconds(1)).q * Vec3::UnitY() - Vec3::UnitZ()).norm(), 1e-12);
   EXPECT_LT((path.pose_at(seconds(1)).q * Vec3::UnitX() - Vec3::UnitY()).norm(), 1e-12);
   EXPECT_EQ(path.pose_at(seconds(2)).p, Vec3(4, 5, 6));
@@ -213,8 +215,8 @@ TEST(Multisine, TwistIsTheDerivativeOfThePoseAlsoInTheFades) {
     const Duration time = milliseconds(50) * i;
     const Vec3 slope =
         (path.pose_at(time + from_seconds(h_s)).p - path.pose_at(time - from_seconds(h_s)).p) / (2 * h_s);
-    // Bound: h²/6 times the third derivative. The sine of 5 Hz has 0.002 (2π 5)³ = 62 m/s³, its fade 0.002 · 60/0.5³ =
-    // 1 m/s³.
+    // A central difference with the step h has an error of at most h²/6 times the third derivative. The sine of 2 mm at
+    // 5 Hz has a third derivative of 0.002 (2π 5)³ = 62 m/s³. Its fade within 0.5 s adds 0.002 · 60/0.5³ = 1 m/s³.
     EXPECT_LT((path.twist_at(time).v - slope).norm(), 20 * h_s * h_s) << to_seconds(time);
   }
 }

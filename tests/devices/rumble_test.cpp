@@ -73,12 +73,12 @@ struct Pad : testing::Test {
     umockdev_ioctl_data_update(data, offsetof(ff_effect, id), reinterpret_cast<guint8*>(&id), sizeof id);
     umockdev_ioctl_client_complete(client, 0, 0);
   }
-  /// Waits until a condition is true, at most 10 s. Returns the condition.
+  /// Waits until a condition is true, at most 10 s. Returns whether it became true.
   template <class Is>
   static bool comes(Is is) {
     return comes(is, [] {});
   }
-  /// Waits until a condition is true, at most 10 s. Meanwhile calls `show` every 10 ms, like a haptic loop.
+  /// Waits until a condition is true, at most 10 s. Calls `show` every 10 ms while it waits, like a haptic loop.
   template <class Is, class Show>
   static bool comes(Is is, Show show) {
     for (int i = 0; i < 1000 && !is(); ++i) {

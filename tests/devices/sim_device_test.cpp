@@ -28,7 +28,8 @@ Wrench force_x(double newtons) {
   return command;
 }
 
-// Frequency and decay rate of x, from its zero crossings and peaks after a release at rest from `start_m`.
+// Frequency and decay rate of the position x. They are found from its zero crossings and peaks after a release at rest
+// from `start_m`.
 struct Ringing {
   double frequency_hz;
   double decay_per_s;
@@ -65,8 +66,8 @@ TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInTranslation) {
   const Ringing ringing = ringing_of(x, 1e-3);
   const double omega = std::sqrt(200 / 0.3);
   const double decay = 0.6 / (2 * 0.3);
-  // Leapfrog integration has a relative frequency error of (ωh)²/24 with h = 0.1 ms. With the 1 ms grid of the peaks,
-  // the total error is below 1e-3.
+  // At the angular frequency ω, leapfrog integration with the sub-step h = 0.1 ms has a relative frequency error of
+  // (ωh)²/24. Together with the 1 ms grid on which peaks are found, the total error is below 1e-3.
   EXPECT_NEAR(ringing.frequency_hz, std::sqrt(omega * omega - decay * decay) / (2 * kPi), 1e-3 * omega / (2 * kPi));
   EXPECT_NEAR(ringing.decay_per_s, decay, 5e-3 * decay);
 }
@@ -95,8 +96,8 @@ TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInRotation) {
 }
 
 TEST(SimDevice, ComesToRestWithoutOscillationAtAnyDamping) {
-  // Mass and damping are the extremes that the command line allows. They give B h/m = 10 per sub-step, for translation
-  // and rotation.
+  // Mass m and damping B are the extremes that the command line allows. With the sub-step h, they give B h/m = 10 for
+  // translation and rotation.
   HandParameters hand;
   hand.mass_kg = 0.01;
   hand.damping_n_s_per_m = 1000;
@@ -166,7 +167,8 @@ TEST(SimDevice, ARelaxedHandYieldsAndKeepsItsDamping) {
   for (LocalTime now{}; now <= LocalTime(milliseconds(100)); now += milliseconds(1)) device.read(now);
   LocalTime now(milliseconds(100));
   for (int i = 0; i < 1000; ++i) device.read(now += milliseconds(1));
-  // Terminal velocities with a damper alone: F/B and τ/B. They are reached after twenty and fifty time constants.
+  // With a damper B alone, a force F gives the terminal velocity F/B, and a torque τ gives τ/B. They are reached after
+  // twenty and fifty time constants.
   EXPECT_NEAR(device.hand_twist().v.x(), 0.2 / 5.8, 1e-9);
   EXPECT_NEAR(device.hand_twist().w.z(), 0.001 / 0.02, 1e-9);
   const double before_m = device.hand_pose().p.x();
@@ -186,14 +188,14 @@ TEST(SimDevice, ItsMotionDoesNotDependOnTheReadPeriod) {
   }
   // Periods of 1 ms and 4 ms use the same sub-steps, so the results must be equal.
   EXPECT_LT((at_two_seconds[2] - at_two_seconds[1]).norm(), 1e-12);
-  // A period of 0.25 ms has three sub-steps of 83 µs instead of 100 µs. The lead of a first-order integrator is at most
-  // this difference times the largest velocity, 15/8 · 50 mm / 1.5 s.
+  // A period of 0.25 ms has three sub-steps of 83 µs instead of 100 µs. The result of a first-order integrator differs
+  // by at most this difference of 16.7 µs times the largest velocity, 15/8 · 50 mm / 1.5 s.
   EXPECT_LT((at_two_seconds[0] - at_two_seconds[1]).norm(), 16.7e-6 * 0.0625);
 }
 
 TEST(SimDevice, HoldsTheForceBetweenWrites) {
-  // From rest, without spring and damper, a constant force gives x = F t² / 2m. The tolerance is the error of a
-  // first-order integrator, the fraction h/t of x.
+  // From rest, without spring and damper, a constant force F on a mass m gives x = F t² / 2m. A first-order integrator
+  // with the sub-step h has a relative error of h/t, which is the tolerance.
   HandParameters hand;
   hand.stiffness_n_per_m = 0;
   hand.damping_n_s_per_m = 0;
@@ -214,8 +216,9 @@ TEST(SimDevice, FollowsItsPathWhenNothingPushes) {
     device.read(now);
     worst_m = std::max(worst_m, (device.hand_pose().p - device.path().pose_at(device.path_time()).p).norm());
   }
-  // The tracking error is the inertial force divided by the stiffness, m·a/K. On this path |a| ≤ 5.78·Δ/T² = 0.13 m/s²,
-  // so the error is about 0.3·0.13/200 m. With overshoot it is up to twice as large.
+  // The tracking error is the inertial force m·a divided by the stiffness K. On this path |a| ≤ 5.78·Δ/T² = 0.13 m/s²,
+  // with the displacement Δ and the duration T. The error is thus about 0.3·0.13/200 m, and with overshoot up to twice
+  // as large.
   EXPECT_LT(worst_m, 2 * 0.3 * 0.13 / 200);
   EXPECT_GT(worst_m, 0);
 }
@@ -224,7 +227,7 @@ TEST(SimDevice, TremorHasTheStatedStrengthAndBand) {
   HandParameters hand;
   hand.tremor_rms_n = 0.2;
   hand.tremor_hz = 9;
-  // At 9 Hz the hand moves like a free mass on a weak spring: x ≈ −F/(m ω²).
+  // At 9 Hz a force F moves the hand like a free mass m on a weak spring: x ≈ −F/(m ω²), with the angular frequency ω.
   SimDevice device = resting_hand(hand, 7);
   double force_square_sum = 0;
   std::vector<double> x;
@@ -232,15 +235,16 @@ TEST(SimDevice, TremorHasTheStatedStrengthAndBand) {
   Vec3 last_v = Vec3::Zero();
   for (int i = 0; i < kTicks; ++i) {
     const DeviceSample sample = device.read(LocalTime(milliseconds(i)));
-    // Force computed from the motion: F = m a + B v + K x.
+    // Force computed from the motion: F = m a + B v + K x, with the mass, the damping and the stiffness of the hand.
     const Vec3 force = 0.3 * (sample.V_DH.v - last_v) / 1e-3 + HandParameters{}.damping_n_s_per_m * sample.V_DH.v +
                        200 * sample.X_DH.p;
     last_v = sample.V_DH.v;
     if (i > 0) force_square_sum += force.squaredNorm();
     x.push_back(force.x());
   }
-  // The band has the width 2ζω and the correlation time 1/(ζω) = 0.18 s. Therefore 120 s give 3·670 independent values
-  // of the square. The standard error of the mean square is 3 %, and that of its root half as much.
+  // The tremor is noise from a filter with the angular frequency ω and the damping ratio ζ. Its correlation time is
+  // 1/(ζω) = 0.18 s. Therefore 120 s of three components give 3·670 independent values of the square. The standard
+  // error of their mean is 3 %, and that of its root half as much.
   EXPECT_NEAR(std::sqrt(force_square_sum / kTicks), 0.2, 0.2 * 5 * 0.016);
   double crossings = 0;
   for (std::size_t i = 1; i < x.size(); ++i) crossings += x[i - 1] < 0 && x[i] >= 0;
@@ -300,9 +304,12 @@ TEST(SimDevice, OfAnEncoderReportsTheVelocityOfItsPositionsLateButQuiet) {
     worst_turning = std::max(worst_turning, (sample.V_DH.w - device.hand_twist().w).norm());
     fastest = std::max(fastest, device.hand_twist().v.norm());
   }
-  // A difference over one period would jump by 30 mm/s and 1 rad/s between encoder steps. The estimate lags by half a
-  // window, at most √(12 step / a), with a up to 2 N / 0.3 kg. Its error is √(3 step a) = 25 mm/s plus the change in
-  // half a period, 3 mm/s. For the rotation with 0.05 N·m / 4e-4 kg·m² the errors are 0.6 rad/s and 0.06 rad/s.
+  // Symbols: encoder step s = 30 µm or 1 mrad; acceleration a of at most 2 N / 0.3 kg or 0.05 N·m / 4e-4 kg·m².
+  //
+  // * A velocity from the difference over one period of 1 ms would jump by s / 1 ms = 30 mm/s or 1 rad/s.
+  // * The estimate uses a window of at most √(12 s/a) and lags by half of it. Its error is √(3 s a) = 25 mm/s or 0.6
+  //   rad/s.
+  // * Within half a period, the velocity changes by another 3 mm/s or 0.06 rad/s.
   EXPECT_GT(fastest, 0.05);
   EXPECT_LT(worst, 0.028);
   EXPECT_LT(worst_turning, 0.66);

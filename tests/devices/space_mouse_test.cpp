@@ -152,7 +152,8 @@ TEST(SpaceMouse, DeflectionIsTheHandlesVelocityWithoutAStep) {
 
 TEST(SpaceMouse, InPoseControlTheHandleReturnsWithTheCap) {
   Rig rig(CapControl::kPose);
-  DeviceSample sample = rig.hold({1, 0, 0, 0, 0, 0xa2, 0xfe}, {2, 0, 0, 0, 0, 0x5e, 0x01}, 400);  // z −350, Rz 350
+  // Deflects the cap fully: z = −350 counts, Rz = 350 counts.
+  DeviceSample sample = rig.hold({1, 0, 0, 0, 0, 0xa2, 0xfe}, {2, 0, 0, 0, 0, 0x5e, 0x01}, 400);
   EXPECT_TRUE(sample.X_DH.p.isApprox(Vec3(0, 0, 0.04), 1e-4)) << "pulled up";
   EXPECT_TRUE(rotation_vector(sample.X_DH.q).isApprox(Vec3(0, 0, -0.5), 1e-4));
   sample = rig.hold(kNoTranslation, kNoRotation, 400);

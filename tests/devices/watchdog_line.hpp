@@ -22,8 +22,8 @@ namespace tandem::devices {
 
 inline constexpr std::size_t kFrame = 300;
 inline constexpr std::uint8_t kMagic = 0xa5, kZero = 0, kForce = 1, kReply = 2, kOwnZero = 3;
-/// Returns a frame: magic number, kind, and the number of releases that the owner had counted. All other bytes repeat
-/// the kind.
+/// Returns a frame. It consists of the magic number, the kind, and the number of times that, as the owner process knew,
+/// its watchdog had released the force. All other bytes repeat the kind.
 inline std::vector<std::uint8_t> frame_of(std::uint8_t kind, std::uint32_t known_releases = 0) {
   std::vector<std::uint8_t> frame(kFrame, kind);
   frame[0] = kMagic;

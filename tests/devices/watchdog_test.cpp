@@ -257,8 +257,8 @@ std::vector<std::unique_ptr<Trial>> tried(std::vector<Case> cases) {
   return result;
 }
 
-// The scheduling latency of the machine is not a property of the watchdog, so late trials are repeated. A case fails if
-// its zero is late each time, although a peer was in time.
+// A busy machine may schedule the watchdog late, so late trials are repeated. A case fails if its zero is late in each
+// trial, although another process (Peer) was scheduled in time.
 TEST(WatchdogLine, ZeroComesWithin10MsOfTheMomentThatTheLineTakesBytes) {
   std::vector<Case> cases;
   for (const LineKind line : {LineKind::kPipe, LineKind::kTcp}) {

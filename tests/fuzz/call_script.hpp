@@ -50,7 +50,7 @@ class CallReader {
 
   bool is_at_end() const { return script_.empty(); }
 
-  /// Reads a number with its bytes, so that all NaN and infinities occur.
+  /// Reads the bytes of a number, so that all NaN and infinities occur.
   template <class Number>
   Number number() {
     static_assert(std::is_arithmetic_v<Number>);

@@ -33,7 +33,7 @@ struct Recording {
   std::vector<proto::Bytes> messages;
   std::vector<proto::ServerUpdate> states;
   wire::Welcome welcome;
-  /// shapes of the scene, so that they are built only once for all clients
+  /// shapes of the scene; all clients share them, so that they are built only once
   std::vector<std::shared_ptr<const contact::ContactShape>> shapes;
 };
 

@@ -1,6 +1,10 @@
-// Runs a fuzz target without a fuzzer, so that every compiler can build and run it. The inputs are every *.hex file of
-// a folder, prefixes of these files, copies with one changed byte, and every line of a file in hexadecimal. --around N
-// limits the inputs from each *.hex file to about N, for slow targets.
+// Runs a fuzz target without a fuzzer, so that every compiler can build and test the target. The inputs are:
+//
+// * every *.hex file of a folder;
+// * prefixes of such a file, and copies of it with one changed byte;
+// * every line of a text file, in hexadecimal.
+//
+// For slow targets, --around N limits the inputs from each *.hex file to about N.
 #include <array>
 #include <cctype>
 #include <cstdint>

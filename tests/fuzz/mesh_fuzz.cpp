@@ -24,8 +24,8 @@ void check(const geometry::TriangleMesh& mesh) {
 }
 
 /// Builds a mesh from bytes.
-/// Model   exponent of 2 that gives the unit, number of vertices, x y z of each vertex as signed bytes, then the vertex
-///         indices of the triangles
+/// Model   layout of the bytes: exponent of 2 that gives the unit; number of vertices; x, y and z of each vertex as signed
+///         bytes; vertex indices of the triangles
 geometry::TriangleMesh mesh_of(std::span<const std::uint8_t> bytes) {
   geometry::TriangleMesh mesh;
   if (bytes.size() < 2) return mesh;

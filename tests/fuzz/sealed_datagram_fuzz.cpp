@@ -1,7 +1,11 @@
-// Reads arbitrary bytes at either end of a connection with known keys: once as a sealed datagram, as a stranger would
-// send it, and once sealed by the target itself, as a hostile peer with valid keys would send it. In the second case
-// mutated headers and contents reach the checks behind the seal. A datagram that was accepted once must be refused as a
-// duplicate.
+// Passes arbitrary bytes as datagrams to both ends of an encrypted connection with known keys. Each input is used
+// twice:
+//
+// * unchanged, as a stranger without keys would send it;
+// * sealed by this target, as a hostile peer with valid keys would send it. Headers and contents then pass the seal and
+//   reach the later checks.
+//
+// An accepted datagram that arrives again must be refused as a duplicate.
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -39,9 +43,10 @@ void receive(proto::DatagramType sends, proto::DatagramType expected, std::span<
   if (receive_once() == DropReason::kNone) check(receive_once() == DropReason::kDuplicate);
 }
 
-/// Makes a datagram with a valid seal from the type, the sequence and the content of the input.
-/// In      state  type of state that the peer sends
-/// Out     empty if the input has no valid header of this state or of the corresponding path message
+/// Returns a datagram with a valid seal, as the peer would send it. It has the type, the sequence number and the
+/// content of `input`.
+/// In      state  datagram type of the peer's states: kClientUpdate or kServerUpdate
+/// Out     empty if `input` has no valid header of type `state` or of the peer's path message (an address check)
 std::optional<proto::Bytes> sealed_by_peer(proto::DatagramType state, std::span<const std::byte> input) {
   proto::DatagramHeader header;
   if (proto::read_header(input, state, header) != DropReason::kNone) return std::nullopt;

@@ -13,8 +13,8 @@ namespace {
 
 using namespace tandem;
 
-/// Writes a datagram of state and one of a path message, both sealed by the known secret and without a seal. The target
-/// seals the second kind itself.
+/// Writes a state datagram and a path message (a check of the client's address). Each is written sealed with the known
+/// secret, and without a seal. The fuzz target seals the second kind itself.
 template <class Update, class Append>
 void write_datagrams(const std::filesystem::path& folder, proto::DatagramType type, const std::string& name,
                      const Append& append) {

@@ -1,6 +1,6 @@
 // Writes the seeds of hostile_server_fuzz: the messages of a real hub with a real room, in their order. The client
-// joins, presses on objects and sends the usual requests of a user. Also those of signal_source_fuzz, with a source of
-// signals.
+// joins, presses on objects and sends the usual requests of a user. Writes the seeds of signal_source_fuzz as well,
+// from a session with a source of signals.
 #include <filesystem>
 #include <iostream>
 #include <map>

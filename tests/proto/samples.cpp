@@ -365,8 +365,8 @@ ServerUpdate server_update() {
   return update;
 }
 
-// The contact of a cushion with two springs: stiffness K = Σ k gᵀg. k is the stiffness of a spring; the elements of its
-// row g are exact binary fractions.
+// The contact of a cushion that acts like two springs. Its stiffness matrix is K = Σ k gᵀg: each spring has the
+// stiffness k and the row vector g of its direction. The elements of g are exact binary fractions.
 SoftContact soft_contact() {
   SoftContact contact;
   contact.wrench_W = {Vec3(0, 0.5, 2), Vec3(0.0625, 0, -0.03125)};

@@ -69,7 +69,8 @@ TEST(ClientUpdateCodec, ReadsBackEveryField) {
         largest_client_update(ClientMode::kHandle), ClientUpdate{}}) {
     Bytes bytes;
     append_client_update(written, bytes);
-    ClientUpdate read = largest_client_update(ClientMode::kWave);  // a used slot, to be overwritten completely
+    // Decodes into an object with other contents, all of which must be overwritten.
+    ClientUpdate read = largest_client_update(ClientMode::kWave);
     ASSERT_EQ(parse_client_update(bytes, read), DropReason::kNone);
     EXPECT_EQ(read.input_tick, written.input_tick);
     // Decoding normalises the unit quaternion, which changes it by rounding only.
@@ -228,7 +229,7 @@ TEST(ServerUpdateCodec, ReadsBackEveryField) {
   const ServerUpdate written = server_update();
   Bytes bytes;
   ServerUpdateEncoder().append(written, bytes);
-  ServerUpdate read = largest_server_update(0);  // a used slot: decoding must overwrite all of its contents
+  ServerUpdate read = largest_server_update(0);  // an object with other contents, all of which decoding must overwrite
   ASSERT_EQ(parse_server_update(bytes, read), DropReason::kNone);
   EXPECT_EQ(read.step, written.step);
   EXPECT_EQ(read.stepped, written.stepped);

@@ -117,7 +117,7 @@ def judge_clients(soak, over_s):
         last = lives[-1][1] if lives else None
         if last is None or last.ended is None or last.ended < over_s - 2 or (last.silences and last.silences[-1][1] >= over_s):
             problems.append(f"{client.name}: it was not there in the end")
-        # The time from the event that ended a process to the first state of the next process.
+        # Checks the time from the event that ended a process to the first state of the next process.
         for event in soak.events:
             if event.client is client and event.kind in ("kill", "leave") and event.end is not None:
                 joined = [judge.time_to_join(event.end, trace.began, downs) for _, trace in lives

@@ -18,8 +18,8 @@ LATE_TICKS = 25          # number of ticks until the force is zero: 20, plus tho
 LEAST_SHARE = 0.5        # share of the nominal rate; a slower loop lacks processor time, so that connections are lost
 PACE_S, TICKS_PER_S = 0.25, 1000
 ROUNDING = 1e-6          # tolerance for numbers with nine digits
-MEMORY_GROWTH = 1.15     # limit for memory in the last quarter of a program's life, relative to its second quarter …
-MEMORY_SPARE_MB = 30     # … plus this margin for a model of the scene and a memory pool
+MEMORY_GROWTH = 1.15     # limit for memory in the last quarter of a program's life, relative to its second quarter
+MEMORY_SPARE_MB = 30     # margin that is added to this limit, for a model of the scene and a memory pool
 STEPS_LIVED_S = 30       # if a server ran for a shorter time, the step rate of its rooms is not evaluated
 # minimum duration for the evaluation of memory: a client's memory grows only during its first three sessions
 MEMORY_LIVED_S = 120

@@ -11,8 +11,8 @@
 namespace tandem::test {
 
 /// Returns the scene with this text.
-/// Thread  one at a time
-/// Fails   as load_scene_text()
+/// Thread  any, one at a time
+/// Fails   SceneError, like load_scene_text()
 inline std::shared_ptr<const server::LoadedScene> scene_of(const std::string& json) {
   static std::map<std::string, std::shared_ptr<const server::LoadedScene>> loaded;
   std::shared_ptr<const server::LoadedScene>& scene = loaded[json];

@@ -223,7 +223,7 @@ class Service:
         self.delay_s = 0
         self.reads = True  # if false, the service sends states without reading commands
         self.answers = True  # if false, the service reads commands without sending states
-        self.is_broken = False  # whether the service received data other than whole commands
+        self.is_broken = False  # true after the service received data other than whole commands
         self.connection = None
         threading.Thread(target=self._serve, daemon=True).start()
 

@@ -13,7 +13,8 @@ import support
 from support import ProgramTest, Server, finish, run, start_client
 
 BUILD = os.environ["TANDEM_BUILD"]
-# Options that the file cannot contain: those of every program, and --config, which names the file.
+# Options that a configuration file cannot contain: --help and --version of every program, and --config, which names the
+# file.
 NOT_IN_A_FILE = {"help", "version", "config"}
 
 

@@ -53,7 +53,7 @@ class Live(ProgramTest):
             (virtual,) = load(folder, "virtual.json")["trials"]
             self.assertEqual(live.keys(), virtual.keys())
             self.assertEqual(live["rtt_ms"], 50)
-            # The simulated links delay by 50 ms in both directions together; the machine can only add to it.
+            # The simulated links delay by 50 ms in both directions together. The machine can only increase this delay.
             self.assertGreater(load(folder, "trial.json")["users"][0]["metrics"]["round_trip_mean_ms"], 49)
 
     def test_two_users_are_both_collected_whole(self):

@@ -182,7 +182,8 @@ class Scripts(ProgramTest):
                               capture_output=True, text=True, env={**os.environ, "SOURCE_DATE_EPOCH": "0"}, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         names = {package["name"] for package in json.loads(done.stdout)["packages"]}
-        # Of the programs, of the archive in the window, and of the Python module.
+        # Packages whose code is compiled into the programs, the static library of the window (Dear ImGui), and the
+        # package for the Python module.
         self.assertLessEqual({"libeigen3-dev", "libssl-dev", "libstdc++-12-dev", "libimgui-dev", "pybind11-dev"}, names)
 
     def test_files_of_the_library_and_of_python_are_in_their_packages(self):

@@ -352,7 +352,8 @@ TEST(Abi, DescriptorIsReadableWhileThereAreEvents) {
   EXPECT_EQ(events[0].first.text_bytes, events[0].second.size());
 }
 
-// The simulated device also writes its commands to a file, and a Falcon without its firmware file names it.
+// Settings must reach the built-in devices. The simulated device must write its commands to the given file. The error
+// for a Falcon must name its missing firmware file.
 TEST(Abi, SettingsOfBuiltInDevicesReachThem) {
   RunningServer server(kScene);
   const std::string address = address_of(server);
@@ -583,7 +584,7 @@ class RandomCalls {
                                                        "hold",  "\xff\xfe", "no such name"};
     return kTexts[below(kTexts.size())];
   }
-  /// Returns a struct in a buffer of the claimed size, or of 64 KiB if that size is absurd.
+  /// Returns a struct in a buffer of the claimed size, or of 64 KiB if the claimed size is too large.
   template <class Struct>
   Struct* result() {
     if (below(20) == 0) return nullptr;

@@ -139,7 +139,8 @@ TEST(CouplingCheck, ASetThatIsUnstableOnlyBetweenItsMessagesNeverCutsTheForce) {
   bench.join(joined_with(100, 0));
   ASSERT_TRUE(bench.scene_may_display());
   const std::uint64_t checks = bench.session.coupling_check().number;
-  set_stiffness(bench, 1000);  // an undamped spring with k T/2 above the device's friction: unstable
+  // Sets an undamped spring. It is unstable, because k T/2 (stiffness k, period T) is above the device's friction.
+  set_stiffness(bench, 1000);
   EXPECT_TRUE(is_displayed_for(bench, 30));
   set(bench, "coupling.damping_n_s_per_m", 3);
   EXPECT_TRUE(is_displayed_for(bench, 300));
@@ -201,7 +202,8 @@ TEST(CouplingCheck, AMasslessToolHasNoMassAndABodyThatItHoldsDoes) {
   ASSERT_EQ(bench.session.coupling_check().moved.size(), 1U);
   EXPECT_FALSE(bench.session.coupling_check().moved[0].is_held_body);
   EXPECT_TRUE(bench.scene_may_display());
-  // A free tool without mass has no inertia, so a damper of the law has no effect. Its coefficient is zero too.
+  // A free tool without mass has no inertia, so the damper of the law has no effect. The law's damping coefficient is
+  // 0, too.
   const haptics::CouplingLawInfo& law = *haptics::find_coupling_law("qsa-static");
   const devices::LoopCoupling free = devices::loop_coupling(law, {}, 0.5, 1e-4);
   EXPECT_EQ(free.tool_mass_kg, 0);

@@ -66,7 +66,8 @@ TEST(ForceBlend, NoStepExceedsTheBoundAndTheOffsetEndsWithin100Ms) {
     blend.advance(kForceBlendTick_s);
     const double now = blend.apply(force_x(0)).f.x();
     ASSERT_LE(now, before);
-    // A jump of 1 N decays at the rate |ẇ| = ω² t e^(−ωt), whose maximum is ω / e at t = 1/ω. The jump here is 4 N.
+    // After a jump of 1 N, the rest w(t) of the jump decays with |ẇ| = ω² t e^(−ωt), where ω = kRate. Its maximum is ω
+    // / e, at t = 1/ω. The jump here is 4 N.
     ASSERT_LE(before - now, 4 * ForceBlend::kRate * kForceBlendTick_s / std::exp(1.0));
     before = now;
     EXPECT_LT(now, k < 49 ? 4.0 : k < 84 ? 0.10 * 4 : 0.01 * 4) << k;

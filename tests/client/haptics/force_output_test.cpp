@@ -1,5 +1,5 @@
-// Tests the path from the computed wrench to the device: the scene's part of a clamped force, commands that the device
-// refuses, and the sums of work.
+// Tests the path from the computed wrench to the device: the part of a clamped force that comes from the scene,
+// commands that the device refuses, and the sums of work.
 #include "client/haptics/force_output.hpp"
 
 #include <gtest/gtest.h>

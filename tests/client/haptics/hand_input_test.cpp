@@ -12,7 +12,7 @@ namespace {
 
 struct InputRig {
   InputRig() { input.enter({{Vec3(1, 0, 0), Quat::Identity()}, 10, 1}); }
-  /// Runs one tick. Returns HandInput::move().
+  /// Runs one tick. Returns the result of HandInput::move().
   bool tick(bool is_quiet = false) {
     now += std::chrono::milliseconds(1);
     input.read(now);

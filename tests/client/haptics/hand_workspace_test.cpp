@@ -147,7 +147,8 @@ TEST(HandWorkspace, NoHandDrivesItsBaseFartherThanThreeWidthsWithoutComingBack) 
         }
         ASSERT_TRUE(workspace.mapping().X_WD.p.allFinite() && workspace.wall_on_hand_D().allFinite());
         ASSERT_LE(workspace.wall_on_hand_D().cwiseAbs().maxCoeff(), 2.0);
-        // While the hand rests, the rate may change only by the travel limit, which bounds the change per period.
+        // While the hand rests, the drift rate of the workspace may change only because its travel is limited. The
+        // bound is the largest change per period.
         if (tremor_m == 0 && tick > 2500) {
           ASSERT_LE((workspace.rate_W() - rate_before).norm() / scale, 3 * period_s * device.workspace_m.norm() + 1e-9);
         }

@@ -33,8 +33,9 @@ TEST(HapticCore, AForceThatIsAllowedAgainIsRampedAndTheClutchedHandleStaysWhereI
   for (int i = 0; i < 600; ++i) {
     rig.run(1);
     ASSERT_NEAR(rig.sent().handle.X.p.x(), 0.001, 1e-12);
-    // The force is ramped up in 0.5 s, while the stiffness changes from 2500 N/m in 100 ms. Therefore the force rises
-    // at most at 2.5 N per 0.5 s.
+    // The new stiffness is reached within 100 ms, and the start ramp takes 0.5 s. At a stretch of 1 mm, even the old
+    // stiffness of 2500 N/m gives only 2.5 N. Therefore the force must rise by at most 2.5 N / 500 in each of the 500
+    // ticks of the ramp.
     ASSERT_LE(std::abs(rig.force().x()) - last_n, 2.5 / 500 + 1e-9) << i << " ms";
     last_n = std::abs(rig.force().x());
   }

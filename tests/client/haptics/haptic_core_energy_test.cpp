@@ -47,8 +47,8 @@ TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
   EXPECT_GT(to_hand_j, 0.01);
   EXPECT_NEAR(rig.core.counters().energy_to_hand_j, to_hand_j, kSumRounding);
   EXPECT_NEAR(rig.core.counters().energy_from_hand_j, from_hand_j, kSumRounding);
-  // The server receives the work of the requested wrench, before the ramp. It is four times as large, because hand
-  // joules are world joules · s_f / s_p (force scale over position scale).
+  // The server receives the work of the requested wrench, i.e. the wrench before the start ramp, in units of the world.
+  // Energy in the world is energy at the hand times s_p / s_f (position scale over force scale), here a factor of 4.
   EXPECT_GT(requested_to_hand_j, 1.02 * to_hand_j);
   EXPECT_NEAR(rig.sent().energy_to_hand_j, 4 * requested_to_hand_j, 4 * kSumRounding);
 }

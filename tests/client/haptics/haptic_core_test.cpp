@@ -124,8 +124,8 @@ TEST(HapticCore, NewSceneForgetsTheOldStateAndRampsAgain) {
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
   rig.run(700);
-  rig.receive();      // a state of the previous connection arrives …
-  rig.enter_scene();  // … and the next scene arrives before the next tick
+  rig.receive();      // a state of the previous connection arrives
+  rig.enter_scene();  // the next scene arrives before the next tick of the client
   for (int i = 0; i < 50; ++i) rig.tick();
   EXPECT_TRUE(rig.force().isZero(0)) << "no state of the new scene has come";
   EXPECT_LT(rig.core.record().state_age, Duration{0});

@@ -41,7 +41,7 @@ struct HapticRig {
     now += kTick;
     core.tick(now);
   }
-  /// Runs `ticks` ticks. A new state arrives before each.
+  /// Runs `ticks` ticks. A new state arrives before each tick.
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) {
       receive();

@@ -10,7 +10,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Writes one update per millisecond. `is_driving`: the hand may act on the scene.
+/// Writes one update per millisecond. If `is_driving` is true, the hand may act on the scene.
 struct Sender {
   const proto::ClientUpdate& write(bool is_driving = true) {
     ++record.tick.value;

@@ -1,5 +1,5 @@
-// Tests the replacement of a rendering on the haptic thread: a new one is offered, entered, and its force blended with
-// that of the old one.
+// Tests the replacement of a rendering on the haptic thread: a new rendering is offered and adopted, and its force is
+// blended with that of the old rendering.
 #include "client/haptics/rendering_slot.hpp"
 
 #include <gtest/gtest.h>

@@ -35,8 +35,8 @@ wire::Joined joined_of(const server::LoadedScene& scene, std::uint32_t tool) {
   return joined;
 }
 
-/// Smallest and largest resistance of body 0 at the grip `p_BT`, computed from the mass properties that the client
-/// receives.
+/// Returns the smallest and the largest mass and inertia by which body 0 resists a motion of the grip `p_BT`. They are
+/// computed from the mass properties that the client receives.
 std::array<physics::MovedMass, 2> body_at(const server::LoadedScene& scene, const Vec3& p_BT) {
   const auto mass = proto::mass_from_wire(joined_of(scene, 0).body_masses(0));
   return resistance_at(mass.value(), p_BT, true);
@@ -134,7 +134,7 @@ TEST(TrueInertia, OfAMoleculeHeldAtItsLastAtomIsTheSumOverItsAtoms) {
   Mat3 about_grip = Mat3::Zero(), about_centre = Mat3::Zero();
   for (std::size_t i = 0; i < molecule.size(); ++i) {
     const double atom_kg = kg_per_u * molecule.mass_u[i];
-    // The mass of an atom is spread by 1 Å along each axis, which adds 2 Å² m to each principal moment.
+    // The mass m of an atom is spread by 1 Å along each axis, which adds 2 Å² m to each principal moment.
     const Mat3 own = 2 * atom_kg * scale * scale * Mat3::Identity();
     about_grip += inertia_of(atom_kg, scale * molecule.positions_angstrom[i] - grip) + own;
     about_centre += inertia_of(atom_kg, scale * molecule.positions_angstrom[i]) + own;
@@ -146,8 +146,9 @@ TEST(TrueInertia, OfAMoleculeHeldAtItsLastAtomIsTheSumOverItsAtoms) {
       << "a helix held at its end yields by rotation, so its effective mass is smaller";
 }
 
-// The results must follow from the 6×6 mass matrix at the grip, [m 1, m [c]×ᵀ; m [c]×, I_T], and its inverse. c is the
-// centre of mass relative to the grip.
+// The results must follow from the 6×6 mass matrix at the grip, [m 1, m [c]×ᵀ; m [c]×, I_T], and its inverse. m is the
+// mass, 1 the unit matrix, and I_T the inertia about the grip. c is the centre of mass relative to the grip, [c]× its
+// cross-product matrix.
 TEST(TrueInertia, EqualsThatOfTheMassMatrixAtTheGrip) {
   Random random(17, 0);
   const auto any = [&random] { return Vec3(random.normal(), random.normal(), random.normal()); };

@@ -150,7 +150,7 @@ class Across {
     scene_.gravity_m_per_s2 = m_per_s2;
   }
   /// Removes bodies from the scene.
-  /// In      bodies  bit i: body i does not exist in the level of the game
+  /// In      bodies  bit i is set if body i does not exist in the present level of the game
   void set_absent(std::uint64_t bodies) { scene_.absent_bodies = bodies; }
   LocalModel& newest_model() { return next_ ? *next_ : model; }
 
@@ -440,8 +440,8 @@ TEST(LocalModel, ADivergenceIsResetAfterTheSameTimeAtAnyRateOfTheStates) {
   for (const int each : {1, 5, 10, 20}) {
     Across across(scene(), kOneWay);
     across.receive_each(each);
-    // Tolerance: the first differing state arrives up to one interval late, and the interval before that state counts
-    // as well.
+    // Tolerance: one interval between states. The first state that differs arrives up to one interval late. On the
+    // other hand, the model adds the whole interval before this state to the duration of the divergence.
     EXPECT_NEAR(ticks_to_reset(across), kOneWay + kDivergence, each + 2) << each << " ms between states";
   }
 }
@@ -504,8 +504,8 @@ TEST(LocalModel, AReceivedSoftContactIsFeltWithoutAForceStep) {
     before = force;
   }
   EXPECT_NEAR(std::abs(before), 1, 0.01);
-  // Bound of the slope: the force follows a critically damped filter, at most 1 / (e · 50 ms) for 1 N. Mass and
-  // coupling of the tool make it slower.
+  // For a change of 1 N, the critically damped filter with τ = 50 ms limits the slope of the force to 1 / (e τ), i.e.
+  // 0.0074 N per tick. The mass and the coupling of the tool reduce the slope further.
   EXPECT_LT(steepest, 0.01);
 }
 

@@ -45,7 +45,8 @@ TEST(SoftFollower, BlendsFromOneContactToTheNextSmoothly) {
   follower.receive(spring(100, 0.02, -0.01), X_WT);
   for (int k = 0; k < 1000; ++k) {
     const double force_n = follower.step(X_WT, kSoftFollowerPeriod_s).f.z();
-    // Bounds for a change of 1 N by a critically damped filter with τ = 50 ms: slope 1 / (e τ), change of slope 1 / τ².
+    // A critically damped filter with τ = 50 ms limits a change of 1 N: its slope is at most 1 / (e τ) = 0.0074 N/ms,
+    // and the change of its slope at most 1 / τ² = 4.0e-4 N/ms².
     EXPECT_LT(force_n - before_n, 0.0075) << k;
     EXPECT_LT(std::abs(force_n - before_n - rise_before_n), 4.1e-4) << k;
     rise_before_n = force_n - before_n;

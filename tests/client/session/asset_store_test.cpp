@@ -74,7 +74,8 @@ TEST_F(DiskStore, NeverGivesBytesOfAnotherHashAndRemovesThem) {
 }
 
 TEST_F(DiskStore, StaysWithinItsLimitByRemovingTheLeastRecentlyUsedFiles) {
-  // Destroys each store before the next one is created, like consecutive runs of a program. All files are then written.
+  // Returns a new store, which is destroyed at the end of the statement and thereby writes its files. Consecutive runs
+  // of a program act like this.
   const auto store = [this] { return disk_asset_store(directory_, 2500); };
   std::vector<proto::Sha256> hashes;
   for (const char letter : {'a', 'b', 'c'}) {

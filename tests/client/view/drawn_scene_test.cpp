@@ -304,8 +304,8 @@ TEST(DrawnMesh, AMillionAtomsAreDrawnWithFewerBallsAndWithoutSticks) {
   EXPECT_EQ(sticks.size(), balls.size());
 }
 
-/// 3000 atoms at nearly the same position, which a hostile server may send. The number of tested pairs, and of sticks,
-/// must remain bounded.
+/// Draws 3000 atoms at nearly the same position, which a hostile server may send. The number of tested pairs, and of
+/// drawn sticks, must remain bounded.
 TEST(DrawnMesh, TheNumberOfSticksOfAnAtomIsBounded) {
   docking::Molecule molecule;
   constexpr unsigned kAtoms = 3000;

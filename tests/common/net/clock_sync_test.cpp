@@ -28,7 +28,7 @@ struct Network {
   double skew = 0.0;        ///< relative rate error of the server's clock
 };
 
-// True offset at the start: the two machines were started one hour apart
+// True offset at the start: the two machines were started one hour apart.
 constexpr Duration kOffsetAtStart = seconds(-3600);
 
 /// Runs consecutive exchanges over a network whose true clock offset is known.
@@ -52,8 +52,8 @@ class Experiment {
 
   /// Returns the error of the estimate at the newest arrival.
   Duration error() { return sync.offset(newest_t4_) - true_offset(newest_t4_); }
-  /// Returns the error bound of the target according to clock_sync.hpp, for the smallest round trip that the filter has
-  /// seen.
+  /// Returns the error bound of the offset towards which the estimate is slewed (see clock_sync.hpp), for the smallest
+  /// round trip that the filter has seen.
   Duration bound() const {
     const Duration asymmetry = std::chrono::abs(network.up - network.back);
     const Duration queueing = sync.minimum_round_trip() - network.up - network.back;
@@ -109,8 +109,8 @@ TEST(ClockSync, ErrorStaysWithinHalfTheAsymmetryPlusQueueingPlusDrift) {
         SCOPED_TRACE(testing::Message() << "skew " << skew << " back " << back.count() << " ns seed " << seed);
         Experiment experiment({.back = back, .mean_jitter = milliseconds(5), .skew = skew}, seed);
         experiment.run(seconds(2));
-        // The estimate is slewed between targets that were each within their error bounds, so it must be within the
-        // largest bound.
+        // The estimate is slewed from one target to the next. Each target was within its error bound, so the estimate
+        // must be within the largest of these bounds.
         Duration largest_bound = experiment.bound();
         for (int i = 0; i < 20'000; ++i) {
           experiment.exchange();
@@ -123,9 +123,10 @@ TEST(ClockSync, ErrorStaysWithinHalfTheAsymmetryPlusQueueingPlusDrift) {
 }
 
 TEST(ClockSync, JitterAloneLeavesAnErrorFarBelowTheJitter) {
-  // Each slot has 100 exchanges, with exponential jitter of mean m in each direction. The minimum of n sums of two
-  // jitters has P(sum < x) ≈ x²/2m², so it is about m·√(2/n). Over the whole memory this is 1 ms · √(2/6400) = 18 µs,
-  // and the error is half of it. The limit is ten times this error, so that all seeds pass.
+  // The jitter of each direction is exponential with the mean m = 1 ms. The sum of two such jitters has P(sum < x) ≈
+  // x²/2m² for small x, so the smallest of n sums is about m·√(2/n). The filter stores 64 slots of 100 exchanges, i.e.
+  // n = 6400, which gives 18 µs. The error of the offset is half of it, 9 µs. The limit is ten times this error, so
+  // that all seeds pass.
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Experiment experiment({.mean_jitter = milliseconds(1)}, seed);

@@ -1,4 +1,5 @@
-// Replaces the delay trace of a simulated link by a shorter one. Detects a position beyond the end of the new trace.
+// Replaces the delay trace of a simulated link by a shorter one. Detects a read position that stays beyond the end of
+// the new trace.
 #include <gtest/gtest.h>
 
 #include "common/net/link.hpp"

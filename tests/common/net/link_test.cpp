@@ -91,8 +91,8 @@ double distance_to(std::vector<double> values, const std::function<double(double
   return distance;
 }
 
-// Dvoretzky-Kiefer-Wolfowitz-Massart bound for n values: P(difference > e) ≤ 2 exp(−2 n e²), solved for a probability
-// of 1e-9.
+// Returns the Dvoretzky-Kiefer-Wolfowitz-Massart bound e for n values: P(difference > e) ≤ 2 exp(−2 n e²), solved for a
+// probability of 1e-9.
 double dkw_bound(std::size_t n) {
   return std::sqrt(std::log(2 / 1e-9) / (2.0 * static_cast<double>(n)));
 }
@@ -124,7 +124,7 @@ TEST(SimulatedLink, NormalDelaysAreCutOffAtZeroAndNowhereElse) {
   constexpr std::uint32_t kCount = 20000;
   const auto delays = measured_delays_s(parameters, kCount);
   EXPECT_GE(*std::min_element(delays.begin(), delays.end()), 0);
-  // max(0, σN) has the mean σ/√(2π) and a standard deviation below σ.
+  // For a standard normal variable N, max(0, σN) has the mean σ/√(2π) and a standard deviation below σ.
   EXPECT_NEAR(mean_of(delays), 0.005 / std::sqrt(2 * std::numbers::pi), 6 * 0.005 / std::sqrt(kCount));
 }
 
@@ -142,8 +142,8 @@ TEST(SimulatedLink, ParetoDelaysFollowTheClosedFormWithItsHeavyTail) {
             dkw_bound(kCount));
   EXPECT_NEAR(mean_of(delays), 0.020 + 0.004 / std::sqrt(3.0), 6 * 0.004 / std::sqrt(kCount));
   EXPECT_GE(*std::min_element(delays.begin(), delays.end()), 0.020);
-  // Detects a distribution without a heavy tail: a normal distribution has no values 10 σ above the mean. Here P = (1 +
-  // 0.0423/scale)⁻³ ≈ 1e-3, so 38 values are expected.
+  // Counts delays above 62.3 ms, i.e. 10 σ above the mean, where a distribution without a heavy tail has no values.
+  // Here the probability is (1 + 0.0423/scale)⁻³ ≈ 1e-3, so 38 values are expected.
   const auto far = std::count_if(delays.begin(), delays.end(), [](double x) { return x > 0.0623; });
   EXPECT_NEAR(static_cast<double>(far), kCount * std::pow(1 + 0.0423 / scale_s, -3.0), 6 * std::sqrt(40.0));
 }
@@ -178,7 +178,7 @@ TEST(SimulatedLink, CorrelatedJitterHasTheSameDistributionAndForgetsExponentiall
   parameters.jitter_correlation = milliseconds(20);
   constexpr std::uint32_t kCount = 400000;
   const auto delays = measured_delays_s(parameters, kCount);
-  // Number of independent values: total duration divided by twice the correlation time, 10000.
+  // Number of independent values: the total duration divided by twice the correlation time gives 10,000.
   const double independent = kCount / 40.0;
   EXPECT_NEAR(mean_of(delays), 0.100, 6 * 0.005 / std::sqrt(independent));
   EXPECT_NEAR(deviation_of(delays), 0.005, 6 * 0.005 / std::sqrt(independent));
@@ -267,8 +267,9 @@ TEST(SimulatedLink, LosesTheConfiguredFractionInPeriodsOfTheConfiguredLength) {
   const auto lost = static_cast<double>(kCount - arrivals.size());
   EXPECT_EQ(link.counters().lost, kCount - arrivals.size());
 
-  // For a two-state Markov chain observed for a time T, the fraction p spent in one state has the variance 2 p (1−p)
-  // t_c / T, with 1/t_c = 1/bad + 1/good.
+  // A two-state Markov chain spends the fraction p of its time in one of the states. Observed for a time T, this
+  // fraction has the variance 2 p (1−p) t_c / T. The correlation time t_c follows from the mean durations: 1/t_c =
+  // 1/bad + 1/good.
   const double bad_s = 0.020;
   const double good_s = bad_s * 0.95 / 0.05;
   const double correlation_s = 1 / (1 / bad_s + 1 / good_s);
@@ -297,8 +298,8 @@ TEST(SimulatedLink, LossDoesNotDependOnHowOftenPacketsAreSent) {
     SimulatedLink link(parameters, kSeed, 4);
     constexpr std::uint32_t kCount = 200'000;
     run(link, kCount, gap);
-    // In the worst case (1 ms) the correlation time is 16 packets, so the variance is 2 p (1−p) 16 / n. Tolerance: five
-    // standard errors.
+    // With a gap of 1 ms, the worst case, the correlation time is 16 packets. The measured loss fraction of n packets
+    // then has the variance 2 p (1−p) 16 / n, where p = 0.2 is the true fraction. Tolerance: five standard errors.
     const double sigma = std::sqrt(0.2 * 0.8 * 2 * 16 / kCount);
     EXPECT_NEAR(static_cast<double>(link.counters().lost) / kCount, 0.2, 5 * sigma) << "gap " << to_seconds(gap);
   }

@@ -99,7 +99,8 @@ TEST(PlayoutDelay, PlaysASwingAsItWas) {
 }
 
 TEST(RigidTrack, FillsAGapAsTheCubicDoes) {
-  // Error bound of a Hermite cubic over a gap g: x⁗ g⁴ / 384, with x⁗ = 10 mm · (4π/s)⁴.
+  // A Hermite cubic over a gap g has an error of at most x⁗ g⁴ / 384. Here the fourth derivative is x⁗ = 10 mm ·
+  // (4π/s)⁴.
   constexpr double kGap_s = 0.06;
   const double bound_m = 0.010 * std::pow(4 * 3.14159265358979, 4) * std::pow(kGap_s, 4) / 384;
   RigidTrack track;

@@ -45,7 +45,8 @@ TEST(LargePages, PreserveTheContentOfMemory) {
   EXPECT_EQ(numbers.back(), 3U);
 }
 
-/// Returns whether the system calls work on this machine, tried on memory that the tests do not use.
+/// Returns whether this machine permits the system calls that use_large_pages() needs. They are tried on memory that
+/// the tests do not use.
 bool can_collapse() {
   constexpr std::size_t kBytes = 4 * kPage;
   void* const memory = ::mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);

@@ -129,7 +129,7 @@ TEST_F(RecordingFileTest, AFullDiskLosesMessagesAndIsReportedOnce) {
   file.flush(1);
   EXPECT_EQ(file.pop_news(), "");
   {
-    const SmallDisk small(file.bytes_written() + 20);  // room for only a part of the chunk
+    const SmallDisk small(file.bytes_written() + 20);  // space for only a part of the chunk
     for (const std::uint64_t i : {2, 3}) {
       file.add(1, i, octets_of_text("lost"));
       file.flush(i);

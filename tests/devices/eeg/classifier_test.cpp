@@ -189,7 +189,8 @@ TEST_F(Split, APieceOfATrainingRecordingIsRefusedByItsBlocks) {
 }
 
 TEST(SplitByBlocks, BlocksWithoutWindowsGetNoFold) {
-  // Twelve blocks of alternating state. All windows of the first eight have artefacts and are missing.
+  // Twelve blocks of alternating state. In the first eight blocks, all windows have artefacts and are therefore left
+  // out.
   Calibration calibration;
   calibration.sessions = {"a.edf"};
   for (std::size_t b = 0; b < 12; ++b) {

@@ -1,4 +1,5 @@
-// The signal of a model in a room that ends the session for good.
+// Tests RoomSink, which sends the signal of a model to a room: refusals by the room, and a permanent end of the
+// session.
 #include "devices/eeg/app/room_sink.hpp"
 
 #include <arpa/inet.h>

@@ -106,7 +106,7 @@ TEST(RandomClaims, DoNotHoldWhereNothingWasMeasured) {
   EXPECT_EQ(held({}), (std::vector<bool>(8, false)));
   EXPECT_EQ(held({outcome("soft", "completed", 0.1, 0.001, 0.02)}),
             (std::vector<bool>{true, true, true, true, false, true, false, false}));
-  // A trial with a silence of the link must not count as a measurement.
+  // The link of this trial is silent for 200 ms. Such a trial must not count as a measurement for any claim.
   EXPECT_EQ(held({outcome("soft", "completed", 0.1, 0.001, 0.02, 200)}), (std::vector<bool>(8, false)));
   for (const RandomClaim& claim : random_claims(good_outcomes())) EXPECT_GT(claim.trials, 0U) << claim.text;
 }

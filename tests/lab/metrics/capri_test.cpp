@@ -26,8 +26,8 @@ void add_atom(docking::Molecule& molecule, const std::string& residue, const std
   molecule.segments.push_back(0);
 }
 
-/// Returns one residue of four carbons without backbone names. They are the corners of a square with a side of 2 Å,
-/// perpendicular to x.
+/// Returns one residue of four carbons, none of which has the name of a backbone atom. They are the corners of a square
+/// with a side of 2 Å, perpendicular to x.
 docking::Molecule square() {
   docking::Molecule made;
   for (const double y : {-1.0, 1.0}) {
@@ -65,9 +65,11 @@ TEST(Capri, LigandRmsdOfATranslationIsItsLengthAndHydrogensDoNotCount) {
 TEST(Capri, InterfaceRmsdOfEqualHalvesDrawnApartIsHalfTheWay) {
   const docking::Molecule a = square(), b = square();
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(4)), 0, 1e-9);
-  // With four atoms on each side, the superposition leaves half of the 3 Å on each side. A rotation cannot reduce it.
+  // The second molecule is displaced by 3 Å. With four atoms in each molecule, the superposition divides this
+  // displacement equally, and each molecule deviates by 1.5 Å. A rotation cannot reduce the deviation.
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(7)), 1.5, 1e-9);
-  // With n atoms on one side and m on the other, the deviation is √(n m) / (n + m) of the displacement.
+  // With n atoms in one molecule and m in the other, the deviation is √(n m) / (n + m) of the displacement. Here n = 4
+  // and m = 1.
   docking::Molecule single;
   add_atom(single, "1", "C1", Vec3::Zero());
   EXPECT_NEAR(interface_rmsd_angstrom(a, single, at_x(4), at_x(7)), 3 * 2.0 / 5, 1e-9);
@@ -110,13 +112,13 @@ TEST(Capri, InterfaceIsTheBackboneOfResiduesWithinTenAngstrom) {
   };
   add_amino_acid(a, "1", 0);
   add_amino_acid(b, "1", 0);
-  // A side chain and a residue beyond the reach must be excluded. If they were included, the numbers of atoms on both
-  // sides would differ.
+  // Adds a side-chain atom, and a residue beyond the reach of the interface. If either were included, the two molecules
+  // would have different numbers of atoms, and the deviation would not be 1 Å.
   add_atom(a, "1", "CB", {0, 0, 3});
   add_amino_acid(a, "2", -2.5);
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(8), at_x(10)), 1, 1e-9);
-  // A calcium ion is named CA like the α carbon, but it is a residue of its own. One side now has five atoms, the other
-  // four.
+  // A calcium ion is named CA like the α carbon, but it is a residue of its own. With this ion, molecule a has five
+  // atoms in the interface and molecule b has four.
   add_atom(a, "3", "CA", {0, 0.5, 0}, "CA");
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(8), at_x(10)), 2 * std::sqrt(20.0) / 9, 1e-9);
   EXPECT_TRUE(std::isnan(interface_rmsd_angstrom(a, b, at_x(30), at_x(8))));
@@ -128,19 +130,20 @@ TEST(Capri, OfANucleotideTheSugarAndPhosphateAreTheBackbone) {
   for (const char* const name : {"P", "O5'", "C5'", "C4'", "C3'", "O3'"}) add_atom(a, "1", name, {0, y++, 0});
   add_atom(a, "1", "N9", {0, 2, 1});
   add_atom(b, "1", "C1", {0, 2.5, 0});
-  // One side has six backbone atoms on a line. The other has one atom, which moves through the middle of the line.
+  // Molecule a has six backbone atoms on a line. Molecule b has one atom, which moves through the middle of this line.
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(5)), std::sqrt(6.0) / 7, 1e-9);
 }
 
 TEST(Capri, NativeContactsAreResiduesWithinFiveAngstromOfHeavyAtoms) {
-  // Opposite residues are 4 Å apart; their neighbours are √(16 + 36) Å apart.
+  // Two rows of three residues are 4 Å apart. The distance of a residue from the residue opposite to its neighbour is
+  // √(4² + 6²) Å, more than the limit of 5 Å.
   const docking::Molecule a = row_of_residues(3, 6), b = row_of_residues(3, 6);
   EXPECT_EQ(residue_pairs_within(a, b, at_x(4), kResidueContact_angstrom), (Pairs{{0, 0}, {1, 1}, {2, 2}}));
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(4)), 1);
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(5)), 1) << "5 Å is within 5 Å";
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(5.01)), 0);
-  // Rotation about the first residue moves residue k by the chord 12 k sin(angle / 2) Å. Its contact is lost if the
-  // chord exceeds 3 Å.
+  // A rotation about the first residue moves residue k by a chord of 12 k sin(angle / 2) Å, because neighbours are 6 Å
+  // apart. The contact of residue k is lost if its chord exceeds 3 Å.
   EXPECT_NEAR(native_contact_share(a, b, at_x(4), turned(Vec3::UnitX(), 0.4, {4, 0, 0})), 2.0 / 3, 1e-12);
   EXPECT_NEAR(native_contact_share(a, b, at_x(4), turned(Vec3::UnitX(), 0.6, {4, 0, 0})), 1.0 / 3, 1e-12);
   // A shift by one residue along the row replaces every native contact by another contact.

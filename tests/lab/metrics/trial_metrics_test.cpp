@@ -276,8 +276,8 @@ TEST(TrialMetrics, TheSpectrumAbove60HzContainsFastChangesOnly) {
   EXPECT_LT(metric("force_above_60_hz_n", shaken(20)), 1e-3);
 }
 
-/// Returns a trace of a hand that moves at 0.1 m/s for 1 s against a constant force. The server's world receives
-/// `world_gain_j` with the inputs. Each input is used `late_ms` after it was sent.
+/// Returns a trace of a hand that moves at 0.1 m/s for 1 s against a constant force. The world gains `world_gain_j` in
+/// total from the inputs of the hand, each of which is used `late_ms` after it was sent.
 SessionTrace working(double force_n, double world_gain_j, int late_ms = 0) {
   SessionTrace trace = trace_of({begin_of("contact", 0)}, 1.001, [=](TickSample& tick, double t) {
     tick.tick = Tick{static_cast<std::uint64_t>(std::lround(1000 * t)) + 77};
@@ -349,7 +349,8 @@ TEST(EnergyLedger, ADelayedSpringCreatesTheEnergyThatTheoryPredicts) {
       const auto tick = Tick{static_cast<std::uint64_t>(k) + 77};
       trace.users[0].answered.push_back({milliseconds(k + late_ms / 2), tick, 0.5 * kSpring * z * z});
     }
-    // Each of the five periods creates π k A² sin(ωT).
+    // A spring k whose response is late by T creates π k A² sin(ωT) in each of the five periods, with the amplitude A
+    // and the angular frequency ω of the hand.
     const double theory_j = 5 * std::numbers::pi * kSpring * kSwing_m * kSwing_m * sine(5, late_ms * 1e-3);
     EXPECT_NEAR(energy_ledger(trace).created_max_j, theory_j, 0.1 * theory_j + 0.01) << late_ms;
   }
@@ -395,8 +396,8 @@ TEST(TrialMetrics, ViewsThatArriveApartDivergeByTheMovementBetween) {
   EXPECT_NEAR(metric("view_divergence_max_m", trace), 0, 1e-12);
   for (TickSample& tick : trace.users[1].ticks) tick.view_W.x() -= 0.2 * 0.050;
   EXPECT_NEAR(metric("view_divergence_max_m", trace), 0.010, 1e-9);
-  // Moves the samples of the second user to other times of the same motion. With linear interpolation, the difference
-  // stays zero.
+  // Replaces the samples of the second user by samples of the same motion at other times. The metric interpolates
+  // linearly, so the difference between the users must stay zero.
   SessionTrace shifted = trace;
   for (TickSample& tick : shifted.users[1].ticks) {
     tick.view_W.x() += 0.2 * 0.0505;

@@ -144,13 +144,14 @@ TEST_F(SessionReplayTest, HasTheSameStateAfterEachStepInEachMode) {
 
 TEST_F(SessionReplayTest, NamesTheFirstStepAndValueThatDiffer) {
   record(proto::ClientMode::kHandle);
-  // A scene with the same names, but a slightly heavier cube.
+  // Replaces the scene by one with the same names, but a slightly heavier cube.
   std::string heavier = physics::scene_json({.bodies = kBodies, .tools = kTools});
   heavier.replace(heavier.find(R"("mass_kg": 0.2)"), 14, R"("mass_kg": 0.3)");
   std::ofstream(scene()) << heavier;
   EXPECT_THROW(replay(), std::invalid_argument) << "another scene is not played";
 
-  // Changes one input of the recording, which simulates a replay by a build that computes different results.
+  // Restores the scene, and changes one input of the recording. This simulates a replay by a build that computes
+  // different results.
   std::ofstream(scene()) << physics::scene_json({.bodies = kBodies, .tools = kTools});
   rewrite([](wire::RecordedStep& step) {
     if (step.step() == 800 && step.inputs_size() > 0) {

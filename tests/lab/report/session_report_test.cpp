@@ -1,5 +1,5 @@
-// Tests the verdict about the demo: every check must be able to fail independently, and an error about an invalid file
-// must name the file.
+// Tests the verdict on a session of the demo. Every check must be able to fail independently, and an error about an
+// invalid file must name the file.
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>

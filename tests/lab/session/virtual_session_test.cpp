@@ -73,8 +73,8 @@ TEST(VirtualSession, OneUsersPushReachesTheOtherUsersHand) {
 TEST(VirtualSession, TheClientMeasuresTheConfiguredRoundTrip) {
   const SessionTrace trace = run_virtual_session(pushing(), scene());
   for (const UserTrace& each : trace.users) {
-    // The delay of each direction is rounded up to a slot, and an update waits up to 1 ms for the next step of the
-    // room.
+    // The virtual network rounds the delay of each direction up to a multiple of 0.25 ms. In addition, an update waits
+    // up to 1 ms for the next step of the room.
     EXPECT_GE(user_metric(each, "round_trip_mean_ms"), 20.0);
     EXPECT_LE(user_metric(each, "round_trip_mean_ms"), 20.0 + 2 * 0.25 + 1e-9);
     // A new state arrives every 1 ms, so its age at a tick is at most 1 ms.

@@ -48,7 +48,8 @@ TEST_P(Device, FeelsTheWallWithAndWithoutDelay) {
 INSTANTIATE_TEST_SUITE_P(Profiles, Device, testing::ValuesIn(profiles()),
                          [](const auto& each) { return name_of_profile(each); });
 
-// The path requires more than 2 N, the limit of this device. At the server, only the displayed force pulls the tool.
+// The path requires more than 2 N, the force limit of the inverse3. At the server, the tool must be pulled only by the
+// force that the device displays.
 TEST(Device, OfTwoNewtonsPushesWithoutAStepAndMakesNoEnergy) {
   for (const double round_trip_ms : {0.0, 100.0}) {
     const Shown push("push", held("inverse3", round_trip_ms));

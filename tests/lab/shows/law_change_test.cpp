@@ -72,7 +72,8 @@ TEST_P(ChangedLaw, WhileTheHandPressesMakesNoStepAndIsThenAsFromTheStart) {
   expect_same(of_first, kStill.back + kWatched);
 }
 
-// The laws that any scene can use. The adaptive law requires a fit and equals the linear law with other coefficients.
+// Changes between the laws that any scene can use, in both directions. The adaptive law is omitted: it requires a fit
+// and equals the linear law with other coefficients.
 INSTANTIATE_TEST_SUITE_P(Pairs, ChangedLaw,
                          testing::Values(std::pair{"spring-damper", "stable-dynamic"},
                                          std::pair{"stable-dynamic", "spring-damper"}),
@@ -123,8 +124,8 @@ INSTANTIATE_TEST_SUITE_P(Stages, ChangedLawInStage, testing::Values("late-pose",
                            return name;
                          });
 
-// Only friction holds a cube of 0.3 kg in the air. With a sufficiently sharp curve, the second law presses with more
-// force than the first, so that the cube cannot fall.
+// Only friction holds a cube of 0.3 kg in the air. With a curve sharpness of 4, the law "stable-dynamic" presses with
+// more force than "spring-damper", so the cube cannot fall because of the change itself.
 TEST(ChangedLawOfTwo, CausesNoForceStepForEitherUserAndDropsNoBody) {
   const Quantities quantities{"link.rtt_ms=50", "coupling.curve_sharpness=4"};
   const SessionTrace always = run(operated("squeeze", quantities));

@@ -75,7 +75,7 @@ TEST(GodObject, FeelsAWallToTheLastBitAsWithoutDelay) {
   const Shown at_0("wall", {"stage=god-object", "link.rtt_ms=0"});
   EXPECT_EQ(at_0.outcome(), "completed");
   EXPECT_GT(at_0["contact_force_mean_n"], 1.0);
-  // The wall of the reference yields slightly in the coupling; the wall of the god-object does not.
+  // The wall of the god-object is rigid. In the reference run, the wall yields slightly because of the coupling.
   EXPECT_NEAR(at_0["felt_stiffness_ratio"], 1.02, 0.01);
   for (const double round_trip_ms : {100.0, 200.0}) {
     const Shown late("wall", {"stage=god-object", "link.rtt_ms=" + std::to_string(round_trip_ms)});

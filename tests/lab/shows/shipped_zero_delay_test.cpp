@@ -46,9 +46,10 @@ struct HoldForces {
   std::vector<double> of_users_n;
 };
 
-/// Expected force on each hand in its hold phase. The path stretches springs in series: the hand with 200 N/m, the
-/// coupling with 500 N/m, and the compliance of the touched body. The carried weight and the force of the field are
-/// added. The 3.89 N of "squeeze" are 3.6 N sideways and half of the cube's weight, 1.47 N, downwards.
+/// Expected magnitude of the force on each hand in its hold phase [N]. The path stretches springs in series: the hand
+/// with 200 N/m, the coupling with 500 N/m, and the compliance of the touched body. The carried weight and the force of
+/// the field are added. In "squeeze", 3.6 N act sideways and half of the cube's weight of 2.94 N, 1.47 N, downwards:
+/// √(3.6² + 1.47²) N = 3.89 N.
 const HoldForces kHoldForces[] = {{"free", {0}},
                                   {"wall", {4}},
                                   {"curve", {2}},

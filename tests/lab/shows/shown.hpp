@@ -42,7 +42,7 @@ inline Trial shipped_trial(const std::string& name, const Quantities& quantities
   return std::move(trials.front());
 }
 
-/// A trial and its reference, both run by the constructor.
+/// A trial and its reference, which has the same hands at zero delay. The constructor runs both.
 class Shown {
  public:
   Shown(const std::string& name, const Quantities& quantities) : trial_(shipped_trial(name, quantities)) {

@@ -99,9 +99,9 @@ INSTANTIATE_TEST_SUITE_P(Default, Together,
                                          At{"turn_together", 200}),
                          [](const auto& each) { return name_of_case(each); });
 
-// The local model predicts that the partner yields to the motion of the bar that both hold, by a certain fraction. With
-// a larger fraction, the bar oscillates with 2.5 mm/s one second after the stop and creates 13 mJ. With the present
-// fraction it creates 2.2 mJ in one of these seeds.
+// Two users hold and rotate one bar. The local model predicts the fraction of the bar's motion by which the partner
+// yields. Fails if this fraction is too large: the bar then oscillates with 2.5 mm/s one second after the stop and
+// creates 13 mJ. With the present fraction it creates at most 2.2 mJ.
 TEST(Together, ABarTurnedByTwoUsersComesToRest) {
   for (const char* const seed : {"seed=10", "seed=16"}) {
     const Shown shown("turn_together", disturbed(100, {seed}));
@@ -135,7 +135,8 @@ TEST(Together, APlateCarriedByTwoDragsByLessThanATenthOfItsWeight) {
   EXPECT_LE(Shown("two_carry", disturbed(100))["contact_error_rms_n"], 0.29);
 }
 
-// The model must estimate the impedance of the partner's hand during contact.
+// The local model must estimate the impedance of the partner's hand during contact. Fails if it assumes the same
+// impedance for every partner.
 TEST(Together, HandsOfAnyWeightAndStiffness) {
   for (const char* hand : {"hand.mass_kg=1.5", "hand.mass_kg=0.05", "hand.stiffness_n_per_m=600"}) {
     const Shown squeeze("squeeze", disturbed(100, {hand}));
@@ -160,7 +161,8 @@ TEST_P(Peg, IsHandedOverAndPutIntoTheHole) {
   EXPECT_LE(peg["energy_created_max_j"], 0.002);
 }
 
-// At a round trip of 25 ms, the delay is as short as the time by which the touches at client and server may differ.
+// At a round trip of 25 ms, the delay is as short as the permitted time difference between a touch at the client and
+// the same touch at the server.
 INSTANTIATE_TEST_SUITE_P(RoundTrips, Peg, testing::Values(25.0, 100.0, 300.0));
 
 /// Returns the distance between the watched body as displayed to a user and at the server, at a time when it rests.
@@ -172,7 +174,8 @@ double out_of_place_m(const SessionTrace& trace, std::size_t user, double at_s) 
   return (tick->view_W - sample->X_WB.at(trace.watched_body.value()).p).norm();
 }
 
-// Checks after the handover, on the way into the hole, and in the hole.
+// Compares the displayed position of the peg with that at the server: after the handover, on the way into the hole, and
+// in the hole.
 TEST(HandOver, LeavesThePegWhereTheReceiverHasIt) {
   for (const double round_trip_ms : {100.0, 200.0}) {
     const Shown peg("peg", disturbed(round_trip_ms));

@@ -60,7 +60,7 @@ TEST(HandMotion, IgnoresSamplesThatAreOutOfRange) {
   EXPECT_TRUE(movements_of(sampler.motion()).empty());
 }
 
-/// Movements of minimum jerk in random directions, with rests between them. The hand has noise of an encoder.
+/// Movements of minimum jerk in random directions, with rests between them. The positions contain encoder noise.
 struct Session {
   double seconds = 0;
   std::vector<Movement> movements;
@@ -122,7 +122,8 @@ TEST(Movements, WithTremorAreLessSmooth) {
       for (const Movement& movement : movements_of(motion)) smoothness.push_back(movement.smoothness);
       medians.push_back(quantile(smoothness, 0.5));
     }
-    // The value does not fall further once the tremor is as fast as the movement.
+    // Tremor must lower the smoothness. The smoothness does not fall further once the tremor is as fast as the
+    // movement.
     EXPECT_LT(medians[1], medians[0] - 0.2) << tremor_hz;
     EXPECT_LT(medians[2], medians[0] - 0.2) << tremor_hz;
   }

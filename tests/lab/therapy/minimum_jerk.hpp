@@ -19,16 +19,17 @@ inline double minimum_jerk_speed(double tau) {
   return tau <= 0 || tau >= 1 ? 0 : 30 * tau * tau * (1 - tau) * (1 - tau);
 }
 
-/// Magnitude of the spectrum of minimum_jerk_speed() over its value at 0 Hz, at k = π f T. The Fourier integral of
-/// (1 − x²)² over −1 ≤ x ≤ 1 is 16 j₂(k)/k², where j₂ is the spherical Bessel function.
+/// Magnitude of the spectrum of minimum_jerk_speed(), relative to its value at 0 Hz, at k = π f T (frequency f,
+/// duration T). The Fourier integral of (1 − x²)² over −1 ≤ x ≤ 1 is 16 j₂(k)/k², where j₂ is the spherical Bessel
+/// function.
 inline double minimum_jerk_spectrum(double k) {
   if (k < 1e-2) return 1 - k * k / 14;
   const double j2 = (3 / (k * k * k) - 1 / k) * std::sin(k) - 3 * std::cos(k) / (k * k);
   return std::abs(15 * j2 / (k * k));
 }
 
-/// Returns the spectral arc length of a spectrum that is 1 at k = 0 and does not reach 0.05 again after it first fell
-/// to 0.05.
+/// Returns the spectral arc length of a spectrum. The spectrum must be 1 at k = 0, and must stay below 0.05 once it has
+/// fallen to 0.05.
 template <class Spectrum>
 double arc_length_of(const Spectrum& spectrum) {
   constexpr double kThreshold = 0.05;

@@ -138,7 +138,7 @@ TEST_F(PersonStoreTest, AnInterruptedDeletionIsCompletedByTheNextRun) {
 }
 
 TEST_F(PersonStoreTest, PathsThatCannotBeSearchedAreNamed) {
-  // Rights do not bind the superuser.
+  // The superuser can read every path. Therefore the test runs as another user if it was started as root.
   const bool is_root = ::geteuid() == 0;
   if (is_root) {
     ASSERT_EQ(::seteuid(65534), 0);

@@ -14,9 +14,9 @@ namespace {
 
 constexpr double kRate_hz = 100;
 
-/// Tolerance of the arc length. The cut-off is one of the frequencies of the transform, at most one spacing below the
-/// cut-off of the continuous spectrum. A spacing is at most 1/16 of the inverse duration. Within it the spectrum near
-/// the threshold changes by up to 0.02.
+/// Tolerance of the arc length. The cut-off frequency is one of the frequencies of the Fourier transform. It is below
+/// the cut-off of the continuous spectrum by at most one frequency spacing, i.e. 1/16 of the inverse duration. Within
+/// one spacing, the spectrum near the threshold changes by up to 0.02.
 constexpr double kTolerance = 0.02;
 
 TEST(SpectralArcLength, OfMinimumJerkIsItsClosedFormForEachDurationAndAmplitude) {
@@ -62,9 +62,9 @@ TEST(SpectralArcLength, IsLoweredByTremorAndMoreByMoreTremor) {
   }
 }
 
-/// The expected values come from an independent program in Python that follows the authors' smoothness.py: padding to a
-/// power of two with level 4, magnitude divided by its maximum, frequencies up to 10 Hz, last magnitude of 0.05 or
-/// more.
+/// The expected values come from an independent program in Python that follows the authors' smoothness.py. It pads to a
+/// power of two with the padding level 4, and divides the magnitude by its maximum. It uses frequencies up to 10 Hz and
+/// up to the last magnitude of at least 0.05.
 TEST(SpectralArcLength, AgreesWithAnIndependentProgram) {
   struct Case {
     int samples;

@@ -39,7 +39,8 @@ class MeshSizes : public ::testing::Test {
     for (const Vec3& p : mesh.vertices) file << "v " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
     for (const auto& [a, b, c] : mesh.triangles) file << "f " << a + 1 << ' ' << b + 1 << ' ' << c + 1 << '\n';
   }
-  /// Returns the error message of loading the scene; empty if it loads, and `loaded_` then contains the scene.
+  /// Returns the error message of loading the scene. If the scene loads, the message is empty and `loaded_` has the
+  /// scene.
   std::string refusal(const std::string& mesh_fields) {
     const std::string shape = R"({"mesh": {"file": "t.obj")" + mesh_fields + "}}";
     try {

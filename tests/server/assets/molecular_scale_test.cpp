@@ -1,5 +1,5 @@
-// Tests the force scale that probing finds: for two atoms against closed forms, and for a real pair of molecules. A
-// wrong scale makes docking forces imperceptible or saturated. Tests a scene made from two files, too.
+// Tests the force scale that is found by probing the field: for two atoms against closed forms, for a real pair of
+// molecules, and for a scene made from two files. A wrong scale makes docking forces imperceptible or saturated.
 #include "server/assets/molecular_scale.hpp"
 
 #include <gmock/gmock.h>
@@ -137,8 +137,8 @@ TEST(MolecularScale, LikeChargesThatOnlyRepelHaveOneToo) {
   const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3::Zero()};
   complete_molecular_scale(field, molecules, centres, model);
   EXPECT_NEAR(field.newtons_per_kcal_per_mol_angstrom(), 0.03, 1e-9) << "molecules without attraction get the default";
-  // At 0.03 N per kcal/mol/Å, a push of 5 N is 167 kcal/mol/Å. The repulsion of the charges alone is weaker than that,
-  // so the knee must be at the repulsion of the atoms.
+  // At 0.03 N per kcal/mol/Å, a push of 5 N corresponds to 167 kcal/mol/Å. The electrostatic repulsion alone is weaker,
+  // so the knee must be at an energy where the atoms also repel each other by their Lennard-Jones potential.
   const double charges = 16 * docking::kCoulombKjAngstromPerMol / (4 * kSigma * kSigma) / kKilojoulesPerKilocalorie;
   EXPECT_GT(field.knee_kcal_per_mol(), charges);
   EXPECT_LT(field.knee_kcal_per_mol(), 3 * charges);
@@ -249,7 +249,7 @@ TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   EXPECT_LT(field.minimum_kcal_per_mol(), -3) << "several kT: the zero area leaves most to be felt";
   EXPECT_GT(field.knee_kcal_per_mol(), field.minimum_kcal_per_mol());
 
-  // The line of centres is one of the probed lines, so the attraction along it must not exceed 1 N by more than
+  // The probed lines include the line of centres. The attraction along it must therefore not exceed 1 N, except by
   // rounding.
   const physics::WorldDescription& world = scene->world;
   docking::MolecularField pull(*a.molecule, *b.molecule, world.field_model);
@@ -333,7 +333,7 @@ TEST(DockingScene, AGridAddsTheForcesBeyondTheCutOff) {
     EXPECT_LT(missed.norm(), 0.02 * wanted.norm()) << apart_m;
     EXPECT_GT((wanted - force_kcal_per_mol(*cut, apart_m)).norm(), 0.1 * wanted.norm()) << apart_m;
   }
-  // The scales found with a grid must agree with those of all pairs within 5 %.
+  // The scale found with a grid must agree within 5 % with the scale found by summing all pairs.
   EXPECT_NEAR(grid->world.newtons_per_kcal_per_mol_angstrom, all->world.newtons_per_kcal_per_mol_angstrom,
               0.05 * all->world.newtons_per_kcal_per_mol_angstrom);
 }

@@ -1,5 +1,5 @@
-// scene.proto, with shapes.proto and goals.proto, is the manual of the scene file. These tests compare the ranges and
-// defaults in its comments with the table of ranges and the defaults of the loader. They detect a manual that is out of
+// scene.proto, shapes.proto and goals.proto are the manual of the scene file. These tests compare the ranges and
+// defaults in their comments with the ranges and defaults that the loader uses. They detect a manual that is out of
 // date.
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
@@ -30,8 +30,8 @@ void for_each_line(const Visit& visit) {
   }
 }
 
-/// Returns the number after "default" in the comment of each field, by "Message.field". The value is empty if words
-/// describe the default ("default: …").
+/// Returns the default that is stated in the comment of each field. The key is "Message.field", the value the number
+/// after "default". The value is empty if words describe the default ("default: …").
 std::map<std::string, std::string> documented_defaults() {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
   static const std::regex kField(R"(.* (\w+) = \d+; *//.*default(?: ([-+.0-9a-z ]+)|:).*)");
@@ -45,7 +45,7 @@ std::map<std::string, std::string> documented_defaults() {
   return defaults;
 }
 
-/// Compares the range in each field's comment, such as "0..1", with the table.
+/// Compares the range in each field's comment, such as "0..1", with the loader's table of ranges.
 TEST(SceneDocument, RangesBesideTheFieldsAreThoseOfTheTable) {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
   static const std::string kNumber = R"((-?\d+(?:\.\d+)?(?:e[-+]?\d+)?))";

@@ -42,7 +42,7 @@ std::string repeated(const std::string& text, std::size_t count) {
 struct BadScene {
   const char* name;
   std::string json;
-  std::vector<std::string> expected;  ///< substrings of the message
+  std::vector<std::string> expected;  ///< substrings that the error message must contain
 };
 void PrintTo(const BadScene& scene, std::ostream* os) {
   *os << scene.name;

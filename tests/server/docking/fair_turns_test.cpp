@@ -1,5 +1,5 @@
-// Tests that FairTurns satisfies the bounds (1) and (2) in fair_turns.hpp. If it does not, one room can delay the
-// others.
+// Tests that FairTurns satisfies the bounds (1) and (2) stated in fair_turns.hpp. If a bound fails, one room can delay
+// other rooms.
 #include "server/docking/fair_turns.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ struct Bench {
   explicit Bench(std::size_t rooms) : turns(rooms), jobs(rooms), served(rooms) {}
 
   bool has_work(std::size_t room) const { return !jobs[room].empty(); }
-  /// Does the next slice of work. Returns the room of the slice; none if no room has work.
+  /// Does the next slice of work. Returns the room that the slice belongs to, or none if no room has work.
   std::optional<std::size_t> serve() {
     const auto next = turns.next([this](std::size_t i) { return has_work(i); });
     if (!next) return next;
@@ -64,7 +64,8 @@ TEST_P(FairTurnsProperty, NoRoomWaitsForMoreThanTwoSlicesOfEachOther) {
   Bench bench(rooms);
   // For each room that waits for its first slice: the work that each room had received when the wait began.
   std::vector<std::optional<std::vector<std::uint64_t>>> since_it_waits(rooms);
-  // For each pair of rooms: whether both have work, and the difference of the work that they have received since then.
+  // For each pair of rooms: whether both rooms have work, and the difference of the work done for them since both have
+  // it.
   std::vector<std::vector<bool>> are_both(rooms, std::vector<bool>(rooms));
   std::vector<std::vector<std::int64_t>> lead(rooms, std::vector<std::int64_t>(rooms));
   for (int turn = 0; turn < 3000; ++turn) {

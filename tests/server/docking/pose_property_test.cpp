@@ -86,7 +86,7 @@ class PoseSequences {
     }
   }
 
-  /// Updates a list of poses by an answer, as a client would.
+  /// Updates a client's list of poses, number to name, by an answer of the server.
   static void apply(std::map<std::uint32_t, std::string>& list, const wire::ServerControl& answer) {
     if (answer.has_kept_pose()) list[answer.kept_pose().number()] = answer.kept_pose().name();
     if (!answer.has_pose_deleted()) return;

@@ -206,7 +206,7 @@ TEST_F(PoseKeeperTest, ARefusedRequestGetsNoSecondAnswerFromWorkThatWasDone) {
     request.set_kind(kind);
     EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 20 + static_cast<std::uint32_t>(kind), request), "");
   }
-  keeper_->work();  // both answers wait for deliver()
+  keeper_->work();  // both answers are queued until deliver() is called
   std::vector<std::uint32_t> answered;
   keeper_->refuse_unanswered([&](const Room&, UserId, std::uint32_t number) { answered.push_back(number); });
   ASSERT_EQ(answered.size(), 2U);

@@ -24,7 +24,7 @@ Pose at_x(double x_angstrom) {
   return {Vec3(x_angstrom, 0, 0), Quat::Identity()};
 }
 
-/// A molecule in a room that executes each move one step later, unless execute_move() is not called.
+/// A molecule in a room. A requested move counts as executed by the room only after execute_move() was called.
 class TrailBench {
  public:
   void rest_at(double x_angstrom, std::uint64_t steps = kStepsOfRest) {
@@ -70,8 +70,8 @@ TEST(PoseTrail, AShortStopIsNoRestPose) {
 TEST(PoseTrail, SlowDriftIsNoRest) {
   TrailBench bench;
   bench.rest_at(1);
-  // A slow motion of 0.3 Å in 0.5 s: within 170 steps it leaves each pose by 0.1 Å, so no pose on the way is a rest
-  // pose.
+  // Moves the molecule slowly, by 0.3 Å in 0.5 s. It leaves each pose by 0.1 Å within 170 steps, so no pose on the way
+  // is a rest pose.
   for (int i = 0; i < 5000; ++i) bench.step(1 + 6e-4 * i);
   bench.rest_at(5);
   EXPECT_EQ(x_of(bench.trail.undo()), 1);
@@ -120,8 +120,8 @@ TEST(PoseTrail, MotionByHandAfterUndoDiscardsRedo) {
   EXPECT_EQ(x_of(bench.trail.undo()), 1);
 }
 
-// Compares the history with a simple list and an index. Moves are whole ångströms, so that every rest gives a new
-// entry.
+// Compares the history with a reference model: a list with an index. Moves are whole ångströms, so that every rest adds
+// a new entry.
 TEST(PoseTrail, RandomSequencesMatchAListWithAnIndex) {
   Random random(test::test_seed(1), 0);
   TrailBench bench;

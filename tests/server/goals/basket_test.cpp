@@ -9,8 +9,8 @@ namespace {
 
 using Kind = GameEvent::Kind;
 
-/// Passivity control is off. The scripted hands report no work, so with passivity control the tools could not move
-/// bodies.
+/// Options that switch the passivity control of tools off. Scripted hands report no work, so with this control their
+/// tools could not move bodies.
 constexpr RoomOptions kWithoutPassivity{.controls_tool_passivity = false};
 constexpr Vec3::Scalar kBasketX_m = 0.13;
 constexpr std::size_t kLevels = 6;

@@ -108,8 +108,8 @@ TEST(Game, GoalsInOrderOpenOneAfterTheOther) {
   EXPECT_EQ(game.status().goals[1].status, GoalStatus::kWaiting);
   game.run(0.1);
   EXPECT_EQ(game.status().phase, GamePhase::kWon);
-  // Score of the first goal, 1, plus that of the second goal: 2 + 10 per second of the remaining time. The second goal
-  // is open for one of its 1000 steps, so 0.999 s remain.
+  // The first goal scores 1. The second goal scores 2, and 10 for each second of the remaining time. It is open for one
+  // of its 1000 steps, so 0.999 s remain.
   EXPECT_NEAR(game.status().score, 3 + 9.99, 1e-9);
 }
 
@@ -226,7 +226,7 @@ TEST(Game, ABodyThatRestsOnALeavingShelfFalls) {
       std::string(kTwoCubes) +
           R"(, {"name": "egg", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.05, "placement": {"position_m": [-0.2, 0, 0.115]}})"));
   game.join(0);
-  game.run(1.5);  // the egg comes to rest and is deactivated
+  game.run(1.5);  // the egg comes to rest and is put to sleep by the simulation
   EXPECT_NEAR(game.room.world().body(body_id_at(5)).X.p.z(), 0.115, 1e-3);
   game.command({.kind = RoomCommand::Kind::kStartLevel, .level = 1});
   game.run(1);
@@ -487,7 +487,7 @@ TEST(Game, ARoomThatResumesContinuesTheLevelWithTheSameScoreAndTime) {
   GameRoom after(scene);
   after.room.resume(*state);
   EXPECT_EQ(hash_of(after.status()), hash_of(before.status()));
-  after.run(1);  // no user is present, so the game's clock stands still
+  after.run(1);  // no user is present, so the game's clock is stopped
   after.join(0);
   after.step();
   EXPECT_EQ(after.status().steps, before.status().steps + 1);

@@ -89,7 +89,8 @@ TEST(Signals, AValueIsFreshUntilItsLargestAgeAndWithEnoughConfidence) {
   EXPECT_EQ(game.status().signals[0].value, 0.5) << "a value that is not a number is ignored";
 }
 
-// An empty room may stop its steps, which count the age. A replay does not contain the time of the stop.
+// An empty room must discard signal values. It may stop stepping, while the age of a value is counted in steps, and a
+// replay does not contain the time of the stop.
 TEST(Signals, AnEmptyRoomDiscardsValues) {
   GameRoom game(scene_with_condition(R"("above": 2)"));
   send(game, 0.5);
@@ -133,7 +134,7 @@ constexpr int kEasy = 0, kMiddle = 1, kFriendly = 2, kHard = 3;
 struct Cell {
   bool is_high = false;
   double value = 0;    ///< value of the signal
-  double seconds = 2;  ///< time for which the signal is sent, of the 2 s of the level
+  double seconds = 2;  ///< time for which the signal is sent, at most the 2 s of the level
   int next = 0;
 };
 
@@ -163,7 +164,7 @@ TEST_P(DecisionTable, DeterminesTheNextLevel) {
 INSTANTIATE_TEST_SUITE_P(OfTheThesis, DecisionTable,
                          ::testing::Values(Cell{true, -0.5, 1.9, kFriendly}, Cell{true, 0.5, 1.9, kHard},
                                            Cell{false, -0.5, 1.9, kEasy}, Cell{false, 0.5, 1.9, kMiddle},
-                                           // Without a dominant state, the score decides alone.
+                                           // Without a dominant state of the signal, the score alone decides.
                                            Cell{true, 0, 1.9, kHard}, Cell{false, 0, 1.9, kMiddle},
                                            Cell{true, -0.5, 0.4, kHard}, Cell{false, -0.5, 0.4, kMiddle},
                                            Cell{true, 0, 0, kHard}, Cell{false, 0, 0, kMiddle}));

@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// The four boards of the T puzzle, each at its position in the figure. The bar is 1 wide. Outlines must be convex, so
-/// the pentagon consists of two.
+/// Outlines of the four boards of the T puzzle, each at its position in the figure. The unit is the width of the bar.
+/// Each polygon must be convex, so the pentagon consists of two polygons.
 const std::vector<std::vector<Vec2>> kTriangle{{{-1, 0}, {0, 1}, {-1, 1}}};
 const std::vector<std::vector<Vec2>> kPentagon{{{0, -1}, {1, 0}, {0, 1}}, {{-1, 0}, {0, 0}, {0, 1}}};
 const std::vector<std::vector<Vec2>> kTrapezoid{{{0, 1}, {1, 0}, {2, 0}, {2, 1}}};

@@ -14,7 +14,7 @@ namespace {
 
 using proto::DropReason;
 
-/// Returns the samples in the text: the value after the last space of each line, by the text before it.
+/// Returns the samples in the text. The key is a line up to its last space, the value is the rest of the line.
 std::map<std::string, std::string> samples_of(const std::string& text) {
   std::map<std::string, std::string> samples;
   std::istringstream lines(text);

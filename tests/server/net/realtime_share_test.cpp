@@ -11,7 +11,8 @@ namespace {
 
 using testing::ElementsAre;
 
-/// Returns which threads have priority after one call with two cores. Before the call, all have it or none has.
+/// Returns which threads have real-time priority after one call of share_realtime() with two cores. Before the call,
+/// either all threads have priority (`had_priority`) or none.
 std::vector<bool> shared(const std::vector<double>& demands, bool had_priority = true) {
   std::vector<bool> have(demands.size(), had_priority);
   share_realtime(demands, have, 2);

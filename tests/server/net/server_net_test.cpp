@@ -1,5 +1,5 @@
-// Tests the live server with real sockets and threads: addresses, threads of rooms, paths of datagrams, floods, and
-// stops.
+// Tests the live server with real sockets and threads: addresses, assignment of rooms to threads, source addresses of
+// datagrams, floods, and stops.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -139,7 +139,7 @@ TEST(LiveServer, AnEmptyRoomSleeps) {
   EXPECT_EQ(running.server->room_timings()[0].steps, 0U);
 }
 
-/// Counts the steps in which users are told that the room is slow (kFaultRoomSlow).
+/// Counts the steps in which the room reports to its users that it is slow (kFaultRoomSlow).
 class SlowReports final : public RoomWatcher {
  public:
   void on_command(const RoomCommand&) noexcept override {}
@@ -150,7 +150,7 @@ class SlowReports final : public RoomWatcher {
   int count = 0;
 };
 
-/// Two rooms. A step of the first takes 4 ms in a period of 1 ms, which must not delay the second.
+/// Runs two rooms. A step of the first room takes 4 ms in a period of 1 ms, which must not delay the second room.
 TEST(LiveServer, ASlowRoomIsReportedAndDelaysNoOtherRoom) {
   std::vector<std::unique_ptr<Room>> rooms;
   for (const char* name : {"slow", "quick"})
@@ -188,8 +188,8 @@ std::vector<std::unique_ptr<Room>> busy_rooms(std::size_t count, double rate_hz,
   return rooms;
 }
 
-/// Detects rooms that get a thread each, or steps that coincide. A stalled machine may isolate a room for some time, so
-/// many steps are allowed.
+/// Detects rooms that get a thread each, or steps of two rooms that coincide. A stalled machine may isolate a room for
+/// some time, so the test allows many steps.
 TEST(LiveServer, SmallRoomsShareThreadsAndAreDueOneAfterTheOther) {
   const std::size_t threads = realtime::usable_cores();
   constexpr double kRate_hz = 100;

@@ -1,6 +1,6 @@
-// Ends a server while each of its services is busy: poses, recordings, checkpoints, metrics, assets and joins. The ends
-// are stop(), a simulated crash, and an exception on the io thread. Detects hangs, lost answers, and files that are
-// damaged or do not match. TANDEM_STOPS=200 sets the number of repetitions.
+// Stops a server while each of its services is busy: poses, recordings, checkpoints, metrics, assets and joins. The
+// server ends by stop(), by a simulated crash, or by an exception on the io thread. The test detects hangs, lost
+// answers, and files that are damaged or do not match each other. TANDEM_STOPS=200 sets the number of repetitions.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -347,7 +347,7 @@ void live_and_end(const std::filesystem::path& folder, Ending ending, const std:
     for (const std::uint32_t request : of_ada) EXPECT_TRUE(ada.answers.contains(request)) << "ada's " << request;
     for (const std::uint32_t request : of_ben) EXPECT_TRUE(ben.answers.contains(request)) << "ben's " << request;
     const std::string words = ada.answers[of_ada[0]].error().text() + ben.answers[of_ben[0]].error().text();
-    // The second text occurs if a loaded machine delays the pose thread for longer than the stop takes.
+    // The second text occurs on a loaded machine, if the pose thread is delayed for longer than the stop takes.
     EXPECT_THAT(words,
                 testing::AnyOf(testing::HasSubstr("the server is stopping"), testing::HasSubstr("the server stops")))
         << "a minimisation was open";

@@ -61,11 +61,11 @@ inline Pose ball_in_pad(double depth_m) {
 }
 inline const Pose kAway = ball_at(Vec3(0, 0, 0.3));
 
-/// Makes one step of the room with the tool at `X_WT`; the tool is absent if it is empty.
+/// Makes one step of the room with the tool at `X_WT`. If `X_WT` is empty, there is no tool.
 inline TickFaults room_step(SoftWorld& world, const std::optional<Pose>& X_WT) {
   return world.advance({&X_WT, 1});
 }
-/// Makes one soft step with the tool at `X_WT`. When the function returns, the result of the step is in use.
+/// Makes one soft step with the tool at `X_WT`. When the function returns, the room uses the result of this soft step.
 inline TickFaults soft_step(SoftWorld& world, const std::optional<Pose>& X_WT) {
   TickFaults faults = 0;
   for (int i = 0; i < world.period_steps(); ++i) faults |= room_step(world, X_WT);

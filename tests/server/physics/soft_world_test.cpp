@@ -1,5 +1,6 @@
-// The stiffness of the soft-body solver does not follow directly from its coefficients. These tests therefore compare
-// the wrench on a tool with the momentum of the nodes, and its derivative with finite differences of the step.
+// Tests soft bodies. The stiffness of the solver does not follow directly from its coefficients. Therefore the wrench
+// on a tool is compared with the change of momentum of the nodes, and its derivative with finite differences of a soft
+// step.
 #include "server/physics/soft_world.hpp"
 
 #include <gmock/gmock.h>
@@ -83,8 +84,8 @@ TEST(SoftWorld, PadDroppedOnATableRestsOnIt) {
       const Vec3 velocity = (world.nodes_W(0)[i] - before[i]) / step_s;
       energy += model.mass_kg[i] * (0.5 * velocity.squaredNorm() + 9.81 * world.nodes_W(0)[i].z());
     }
-    // Implicit Euler integration with step h falls by g h² / 2 farther than the exact solution in its first step. The
-    // energy of this height is lost, so only an increase of the energy is a fault.
+    // In its first step h, implicit Euler integration falls by g h² / 2 farther than the exact solution and loses the
+    // energy of this height. Therefore only an increase of the energy is a fault.
     EXPECT_LE(energy, energy_start * (1 + 1e-9)) << "soft step " << step;
     before.assign(world.nodes_W(0).begin(), world.nodes_W(0).end());
   }
@@ -112,7 +113,8 @@ TEST(SoftWorld, TheForceRisesWithDepthAndEndsAfterLeaving) {
   EXPECT_EQ(physics::soft_wrench(world.contact(0), kAway).f.norm(), 0);
 }
 
-/// Returns Σ m (x − x_before), which is the momentum times the step. Damping between nodes does not change it.
+/// Returns the sum over all nodes of mass times displacement [kg·m]. Divided by the duration of the step, this is the
+/// total momentum. Forces between nodes do not change it.
 Vec3 way_of_mass(const SoftModel& model, std::span<const Vec3> before, std::span<const Vec3> now) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t i = 0; i < now.size(); ++i) sum += model.mass_kg[i] * (now[i] - before[i]);
@@ -122,7 +124,7 @@ Vec3 way_of_mass(const SoftModel& model, std::span<const Vec3> before, std::span
 TEST(SoftWorld, TheForcesOnToolAndNodesAreOpposite) {
   SoftWorld world(floating_settings());
   const double step_s = world.period_steps() / 1000.0;
-  // Enough steps for a predicted contact to be in use.
+  // Holds the ball above the pad for 25 soft steps, enough for a predicted contact to be in use.
   soft_steps(world, ball_at(Vec3(0, 0, 0.0555)), 25);
   int light_touches = 0;
   Vec3 p_WT(0, 0, 0.0555);
@@ -138,7 +140,7 @@ TEST(SoftWorld, TheForcesOnToolAndNodesAreOpposite) {
     way_before = way;
     before.assign(world.nodes_W(0).begin(), world.nodes_W(0).end());
     const Vec3 p_WT_before = std::exchange(p_WT, tool.p);
-    if (force_on_nodes_W.norm() < 1e-9) continue;  // no contact yet, or a predicted one only
+    if (force_on_nodes_W.norm() < 1e-9) continue;  // no contact yet, or only a predicted contact
     EXPECT_LT((force_on_nodes_W + world.contact(0).wrench_W.f).norm(), 1e-9) << "soft step " << step;
     EXPECT_EQ(world.contact(0).X_WT0.p, p_WT_before) << "where that step had it";
     light_touches += force_on_nodes_W.norm() < 0.1 ? 1 : 0;
@@ -335,7 +337,8 @@ TEST(SoftWrench, NeverPullsIsNotCarriedToTheSidesAndEndsContinuously) {
       const Wrench now = physics::soft_wrench(contact, {contact.X_WT0.p + way * direction, Quat::Identity()});
       EXPECT_GE(now.f.dot(contact.wrench_W.f), 0) << way;
       EXPECT_LE(now.f.norm(), most_n) << way;
-      // Over 10 µm, the change of force is bounded by the stiffness, the fading over 15 mm, and the release.
+      // Between two poses 10 µm apart, the force may change by at most 10 times the stiffness times this distance. The
+      // factor 10 covers the fading of the force over 15 mm and the release.
       EXPECT_LT((now.f - before.f).norm(), 1e-5 * 10 * contact.stiffness.norm()) << way;
       before = now;
     }

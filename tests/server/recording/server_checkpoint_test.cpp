@@ -128,7 +128,7 @@ TEST_F(ServerCheckpointTest, AStateIsKeptForAsLongAsClientsRejoin) {
   unix_ms += 14 * 60'000;
   EXPECT_TRUE(open()->restored(0)) << "scene's reset_after_s is 30 s, and 14 min have passed";
   news.clear();
-  unix_ms += 16 * 60'000;  // since the end of the second run, which wrote the file again
+  unix_ms += 16 * 60'000;  // 16 minutes after the end of the second run, which wrote the file again
   EXPECT_FALSE(open()->restored(0));
   EXPECT_THAT(news, testing::Contains(testing::AllOf(HasSubstr("room bench starts from its scene"),
                                                      HasSubstr("960 s old"), HasSubstr("kept for 900 s"))));

@@ -146,8 +146,8 @@ TEST(InputPlayout, JitterAndBurstsOfLossChangeThePlayedHandByLessThanTheCubicsBo
     }
   }
   RecordProperty("largest_um", static_cast<int>(1e6 * largest_m));
-  // A cubic has an error of at most T⁴/384 max|x⁗| on each of the two axes; T is the longest gap between received
-  // inputs.
+  // On each of the two axes, cubic interpolation of a motion x(t) has an error of at most T⁴/384 max|x⁗|. T is the
+  // longest gap between received inputs.
   const double gap_s = static_cast<double>(line.longest_gap) * kInputPlayoutStep_s;
   const double bound_m = std::numbers::sqrt2 * std::pow(gap_s, 4) / 384 * kHandReach_m * std::pow(kRate, 4);
   EXPECT_LE(gap_s, 0.1) << "a longer one is no gap but a silence";
@@ -164,7 +164,8 @@ TEST(InputPlayout, WithoutItTheSameLineMovesTheHandByFarMore) {
   Line line(link_of(0.050, 0.010, 0.05));
   for (int i = 0; i < 3000; ++i) line.step();
   const double delay_s = to_seconds(line.playout.delay()) + 0.050;
-  // For comparison, the newest input is used on arrival. At the same mean delay, its error is speed times jitter.
+  // For comparison, a second method uses the newest input on arrival. At the same mean delay, the error of that method
+  // is speed times jitter.
   double largest_m = 0;
   std::uint64_t newest = 0;
   net::LinkParameters same = link_of(0.050, 0.010, 0.05);
@@ -225,8 +226,9 @@ TEST(InputPlayout, FollowsAClockThatDriftsAndNeverSkipsMoreThanItMust) {
       // If two inputs arrive in one step, the first one is lost, and its tick is interpolated between its neighbours.
       EXPECT_LE(difference_m(played.handle, stirring(static_cast<double>(before.value) * kInputPlayoutStep_s)), 1e-9);
     }
-    // The clocks diverge by four ticks. A change of the stride corrects one tick, after a drift of 0.75 ticks, so the
-    // number of changes may differ from four by one. Changes of the delay estimate must not cause any.
+    // In 20 s the clocks diverge by four ticks. A step with a stride of 0 or 2 ticks instead of 1 corrects one tick,
+    // and occurs after a drift of 0.75 ticks. Therefore 3 to 5 such steps are expected. Changes of the delay estimate
+    // must cause none.
     EXPECT_NEAR(odd, 4, 1);
     EXPECT_LE(to_seconds(line.playout.delay()), 0.004);
   }
@@ -323,7 +325,7 @@ TEST(InputPlayout, StartsAtTheFirstInputAndRestartsAfterALongSilence) {
   playout.receive(input_of(7, 5.0), std::chrono::milliseconds(1));
   ASSERT_TRUE(playout.play(std::chrono::milliseconds(1)));
   EXPECT_EQ(playout.play(std::chrono::milliseconds(2))->tick.value, 7U) << "held until it is due";
-  // An input 1 s later and 1 m away, after a silence of the user. The playout must not interpolate towards it.
+  // Receives an input 1 s later and 1 m away, after a silence of the user. The playout must not interpolate towards it.
   proto::ClientUpdate far = input_of(1007, 6.0);
   far.handle.X.p += Vec3(1, 0, 0);
   playout.receive(far, std::chrono::milliseconds(1001));

@@ -1,4 +1,4 @@
-// Tests how the room bridges a user's delay: played inputs, their states for other users, and waves.
+// Tests how the room compensates a user's delay: played inputs, their states for other users, and waves.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -67,7 +67,8 @@ TEST_F(RoomBridge, APlayedHandleMovesTheToolAsTheSameHandleGivenDirectlyDoes) {
   for (std::uint64_t step = 1; step <= 2000; ++step) {
     played.room.input(0).publish(input(step, stirring(step), proto::ClientMode::kLocalModel));
     const proto::ServerUpdate received = played.step();
-    // `given` runs one step behind `played`, because the tick that `played` answers is known only after its step.
+    // The room `given` runs one step behind the room `played`: the tick whose input `played` has used is known only
+    // after the step of `played`.
     if (received.answered_input.value != 0) {
       given.room.input(0).publish(input(step, stirring(received.answered_input.value), proto::ClientMode::kHandle));
     }

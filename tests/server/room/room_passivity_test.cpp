@@ -14,8 +14,8 @@ constexpr const char* kRoomPassivityFloatingBox =
     R"({"name": "box", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.5, "graspable": true,
         "gravity": false})";
 constexpr const char* kTool = R"({"name": "t", "placement": {"position_m": [-0.02, 0, 0]}})";
-/// Largest energy that a fling of 1.5 s may create beyond the hand's supply: up to the threshold at which the brake is
-/// firm, plus the leak.
+/// Largest energy that a fling of 1.5 s may create beyond the energy that the hand supplies. It is the energy debt at
+/// which the brake acts with its full force (−kMinBalance_j), plus the leak during the fling.
 constexpr double kMaxCreated_j =
     -haptics::ToolPassivityController::kMinBalance_j + 1.5 * haptics::ToolPassivityController::kLeakRate_w;
 
@@ -29,8 +29,8 @@ class Flung {
     EXPECT_TRUE(room_.post({.seat = {0, UserId{1}, UserRole::kManipulator}}));
   }
 
-  /// Runs a fling. The client reports the fraction `supplied_share` of the true work as supplied by the hand. The true
-  /// work is that along the handle's path against the wrench.
+  /// Runs a fling. The true work is the work of the hand against the wrench along the handle's path. The client reports
+  /// the fraction `supplied_share` of the true work as supplied by the hand.
   void run(double supplied_share) {
     for (std::uint64_t tick = 1; tick <= 1500; ++tick) {
       proto::ClientUpdate input;

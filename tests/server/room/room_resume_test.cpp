@@ -29,7 +29,8 @@ constexpr const char* kTwoPads =
        {"name": "loose", "block": {"size_m": [0.08, 0.08, 0.04], "spacing_m": 0.02}, "mass_kg": 0.3,
         "placement": {"position_m": [-0.3, 0.3, 0.8]}}])";
 
-/// Distance g T² that a body falls in the first step T, plus 1 %. From the end of this step the tool holds the body.
+/// Distance g T² that a body falls in the first step of T = 1 ms, plus 1 %. From the end of this step on, the tool
+/// holds the body.
 constexpr double kFallOfAStep_m = 1.01 * 9.81e-6;
 
 class RoomResumeTest : public ::testing::Test {

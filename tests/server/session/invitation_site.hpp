@@ -31,10 +31,10 @@ struct Invitation {
 struct Model {
   /// Invitations that have admitted a user, or whose use was on disk when the server was killed.
   std::set<std::size_t> used;
-  // Range of offsets (wall clock minus true time) that the server may assume. It is a single value if the clock has not
-  // been set for 10 s.
+  // Smallest and largest offset (wall clock minus true time) that the server may assume. Both are equal if the clock
+  // has not been set for 10 s.
   std::int64_t low_ms = 0, high_ms = 0;
-  std::int64_t noted_ms = 0;  ///< upper bound of the offset in the time that the file contains
+  std::int64_t noted_ms = 0;  ///< upper bound of the clock offset at which the time in the ledger's file was noted
   std::int64_t wall_ms = 0;   ///< current offset of the wall clock
   std::int64_t set_at_ms = 0;
 
@@ -129,7 +129,7 @@ class Site {
     if (bench) poll();
   }
   void pass(Duration duration) {
-    // Users who are silent for the duration time out. The server reads the clock before and after it.
+    // Users who are silent for the duration time out. The server reads the clock before and after the duration.
     now_ms += milliseconds(duration);
     for (Guest& guest : guests) {
       if (duration >= 1500ms && guest.lost_ms == 0) guest.lost_ms = now_ms;

@@ -223,7 +223,7 @@ TEST(Grasping, AnswersTheRequesterWithTheRoomsResult) {
   SessionUser& ben = host.join("ben");
   const auto grab = [&](SessionUser& user, std::uint32_t body) {
     service->handle(user, message_of([body](auto& message) { message.mutable_grab()->set_body(body); }));
-    // The seat accepts the next request only after an update that contains the result of this one.
+    // The seat accepts the next request only after an update that contains the result of the present request.
     for (int i = 0; i < 3; ++i) {
       host.step();
       while (host.room().output().poll()) {
@@ -390,7 +390,7 @@ TEST(Pointing, ShowsThePlaceToAllAndRefusesWhatIsNone) {
   EXPECT_EQ(others[0].pointed().point().place(0), 0.1);
 }
 
-/// Returns the number of granted requests if each of `users` users points once every `period_ms` for 20 s.
+/// Returns the number of granted requests if each of `users` users sends a pointing request every `period_ms` for 20 s.
 int granted_points(int users, int period_ms) {
   FakeHost host(scene_for(users));
   const auto service = make_pointing(host);

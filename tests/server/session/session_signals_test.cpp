@@ -1,4 +1,4 @@
-// Sources of signals: what they may do, what they receive, and how much they may send.
+// Tests sources of signals: their permissions, the messages that they receive, and their rate limits.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Tests SharedTurns with several threads: turns that are lost, done twice, or still running when run() returns. Run
-// under ThreadSanitizer, too.
+// Tests SharedTurns with several threads. Fails if a turn is lost, is done twice, or still runs when run() returns. The
+// test also runs under ThreadSanitizer.
 #include "server/session/shared_turns.hpp"
 
 #include <gtest/gtest.h>
@@ -94,7 +94,7 @@ TEST(SessionHub, SendsEachStepOnceToEachUserWhileTheRoomsThreadHelps) {
       helped = published.load();
       bench.hub->help(room);
     });
-    // With a single processor, it may take more steps until the helper runs while the loop is open.
+    // With a single processor, the helper may get to run only after more than kLeastSteps steps.
     for (; steps < kLeastSteps || (bench.transport.sent_elsewhere == 0 && steps < kMostSteps); ++steps) {
       bench.now += std::chrono::milliseconds(1);
       room.step(server_time_of_own_clock(bench.now));

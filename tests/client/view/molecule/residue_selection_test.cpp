@@ -27,7 +27,8 @@ void add_residue(docking::Molecule& molecule, const std::string& chain, const st
   }
 }
 
-/// Two molecules: chain A with the residues 9, 10, 10A and 11, and chain B with the residue −2. A thousand times larger.
+/// Two molecules: chain A with the residues 9, 10, 10A and 11, and chain B with the residue −2. They are drawn a
+/// thousand times larger than real molecules: 1 Å is 1e-7 m.
 class ResidueSelectionTest : public testing::Test {
  protected:
   static constexpr double kScale = 1e-7;
@@ -42,7 +43,7 @@ class ResidueSelectionTest : public testing::Test {
     X_WB_.resize(3);
     X_WB_[2].p = {0, 0, 30 * kScale};
   }
-  /// The atom under a ray along −z at a place [Å].
+  /// Returns the first atom that is hit by a ray along −z. The ray starts at the point (x, y, from_z) [Å].
   std::optional<AtomPlace> at(double x, double y, double from_z = 100) const {
     return first_atom(scene_, X_WB_, kScale, kScale * Vec3(x, y, from_z), -Vec3::UnitZ());
   }

@@ -183,7 +183,7 @@ TEST(ContactBench, PressesWithTheCouplingsLimitAndRestsOnTheSurface) {
   const TouchTrace trace = run_touch(*cube.shape, *cube.shape, path, settings, SteadyClock{}, Duration{0}, steps);
   const TouchStep& last = trace.back();
   EXPECT_NEAR(last.on_hand_W.f.z(), settings.coupling.force_limit_n, 1e-6);
-  // An area of 4 cm² with 5 GN/m³ yields by 2.5 µm under 5 N.
+  // A contact area of 4 cm² with a stiffness of 5 GN/m³ yields by 2.5 µm under 5 N.
   EXPECT_NEAR(last.X_WT.p.z(), 0.02, 1e-5);
 }
 
@@ -200,8 +200,8 @@ TEST(PoseCheck, FindsNoMissedContactBetweenSmallPegAndBox) {
   EXPECT_LE(check.deepest_error_max_m, kDeepestErrorBound_m) << "pose " << check.worst_pose << " of seed 7";
 }
 
-// Beyond the contact budget, one contact represents several points. Their mean may be far from the deepest of them, so
-// the check must compare with each point.
+// Beyond the contact budget, one contact represents several points and is at their mean position. The mean may be far
+// from the deepest of them, so the check must compare with each point.
 TEST(PoseCheck, AContactThatStandsForSeveralPointsIsAtEachOfThem) {
   const TouchObject ball = make_touch_object("ball", mesh_from("sphere", "--a", 0.1, 1), SteadyClock{});
   const PoseCheck check = check_poses(ball, ball, 10, 7, {}, 24);

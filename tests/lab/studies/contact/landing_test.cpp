@@ -49,7 +49,8 @@ TouchTrace bounces(double speed_m_per_s, double harder) {
 TEST(Landing, AnUndampedSpringLosesContactRepeatedlyAndCreatesNoEnergy) {
   const TouchFigures figures = quick_figures_of({bounces(0.1, 1)});
   EXPECT_GT(figures.separations, 1U);
-  // The spring returns the energy that it stored: ½ k d² = ½ m v² + 1 N · (1 mm + d), with d = 3 mm.
+  // The spring with the stiffness k returns the energy that it stored: ½ k d² = ½ m v² + 1 N · (1 mm + d). The tool of
+  // mass m arrives with the speed v, is pressed with 1 N from a height of 1 mm, and reaches the depth d = 3 mm.
   const double taken_j = 4.5e-3;
   EXPECT_NEAR(figures.contact_returned_j, taken_j, 0.02 * taken_j);
   EXPECT_LT(figures.contact_created_j, 0.02 * taken_j);
@@ -85,7 +86,7 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
   }
   // A face that lies flat on the ground causes no torque.
   EXPECT_LT(all.front().figures.hand_torque_step_max_n_m, 1e-3 * all.front().stop_torque_n_m);
-  // A solid cube has I = m a²/6.
+  // A solid cube with mass m and edge a has the moment of inertia I = m a²/6.
   const double gyration_m = kEdge_m / std::sqrt(6.0), inertia = kMass_kg * gyration_m * gyration_m;
   const double damping_r = 2 * 0.7 * std::sqrt(0.3 * inertia);
   EXPECT_NEAR(all.front().stop_torque_n_m, 0.022 / (2 * gyration_m) * (damping_r + 0.3 * kStep_s), 1e-6);
@@ -94,7 +95,8 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
 
 TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
   const TouchObject& cube = landed_cube();
-  // Only the edge next to x = −8 mm hits. The rotation is fastest for the lever arm r = a/√6.
+  // Only the edge next to x = −8 mm hits. The rotation is fastest for a lever arm of a/√6, where a is the edge of the
+  // cube.
   const double lever_m = 0.008, gyration_m = kEdge_m / std::sqrt(6.0);
   TouchSettings settings;
   settings.coupling.stiffness_n_per_m = 1e-6;  // so soft that the tool moves freely

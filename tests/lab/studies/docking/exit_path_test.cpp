@@ -1,4 +1,4 @@
-// Tests exit paths of pairs of molecules whose walls are known.
+// Tests exit paths of constructed pairs of molecules, in which the positions of all walls are known.
 #include "lab/studies/docking/exit_path.hpp"
 
 #include <gtest/gtest.h>

@@ -12,7 +12,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Returns a molecule of one atom at the origin, in residue `residue` 7 of chain `chain`.
+/// Returns a molecule of one atom at the origin. The atom is in chain `chain`, in a residue named `residue` with the
+/// number 7.
 docking::Molecule part(const std::string& name, const std::string& element, const std::string& residue,
                        const std::string& chain) {
   docking::Molecule made = test::one_atom(3.4, 0.4);
@@ -83,8 +84,8 @@ TEST(PartsAsRead, NearestAtomsAreHeavyAndFoundAmongAll) {
 }
 
 TEST(PartsAsRead, StrongestRepulsionNamesTheResiduesWithTheirEnergy) {
-  // Two equal atoms at r = σ (1 / 2)^(1/6) have the energy 4 ε (4 − 2) = 8 ε = 3.2 kJ/mol, i.e. 0.76 kcal/mol. It is
-  // the sum over the atoms of either molecule.
+  // Two equal atoms at r = σ (1 / 2)^(1/6) have the energy 4 ε (4 − 2) = 8 ε = 3.2 kJ/mol, i.e. 0.76 kcal/mol. Each
+  // molecule has one atom, so this is also the energy of each residue.
   const docking::Molecule a = part("CB", "C", "ALA", "A"), b = part("CB", "C", "LEU", "B");
   const double r = 3.4 * std::pow(0.5, 1.0 / 6);
   const std::string text = strongest_repulsion_text(a, b, {Vec3(r, 0, 0), Quat::Identity()});

@@ -45,8 +45,8 @@ TEST(Redock, HandsBringAHelixHomeAndTheFieldTakesItIn) {
     EXPECT_LE(row.at("settled_rmsd_to_native_angstrom").to_number<double>(), 1);
     EXPECT_LE(row.at("settled_interface_rmsd_angstrom").to_number<double>(), 0.5);
     EXPECT_GE(row.at("settled_native_contact_share").to_number<double>(), 0.9);
-    // The bound is 2 kT with kT = 0.593 kcal/mol: 1 kT for the zero area (energies near the minimum, without force) and
-    // 1 kT for the transition above it.
+    // The bound is 2 kT with kT = 0.593 kcal/mol. No force is displayed at energies up to 1 kT above the minimum (the
+    // zero area), and the force is faded in over another 1 kT.
     EXPECT_LE(row.at("settled_above_minimum_kcal_per_mol").to_number<double>(), 2 * 0.593);
   }
   EXPECT_NEAR(redocked.at("minimum_rmsd_to_native_angstrom").to_number<double>(), 0.5, 0.2);
@@ -59,7 +59,7 @@ TEST(Redock, HandsBringAHelixHomeAndTheFieldTakesItIn) {
 TEST(Redock, AHandThatGoesOnGuidingStaysOffTheMinimum) {
   TANDEM_NEEDS_FILES(test::k3al1File, test::kOplsDirectory);
   wire::MolecularField field;
-  field.set_zero_area_kt(0);  // in a zero area the ligand could rest anywhere
+  field.set_zero_area_kt(0);  // a zero area, i.e. a region without force, would let the ligand rest anywhere
   const wire::Scene scene = server::docking_scene(helix("A"), helix("B"), field);
   const auto settled = [&](bool guided) {
     const json::object redocked = redock(scene, 1, 1, from_seconds(0.1), guided, 1);

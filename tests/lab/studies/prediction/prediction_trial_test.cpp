@@ -28,10 +28,12 @@ TEST(PredictionTrial, HoldOnARampErrsByItsMeanAge) {
   const ForceSeries ramp = series_of(1, [](double t) { return 3 * t; });
   haptics::ForceStream hold(haptics::force_stream_settings("hold"));
   const PredictionErrors errors = predict_series(ramp, hold);
-  // At 3 N/s, each of the ages 0 … 4 ms occurs 200 times. The last tick, number 1000, adds another age of 0.
+  // At a slope of 3 N/s, each age of 0, 1, 2, 3 and 4 ms occurs 200 times. The last tick, number 1000, adds another age
+  // of 0 ms.
   EXPECT_NEAR(errors.force.mean, 3e-3 * 2 * 1000 / 1001, 1e-9);
   EXPECT_NEAR(errors.force.largest, 0.012, 1e-9);
-  // The variance of a uniform distribution over 0 … 4 is 2.
+  // The ages have a uniform distribution over 0, 1, 2, 3 and 4 ms, whose variance is 2 ms². The slope 3 N/s makes it 18
+  // µN².
   EXPECT_NEAR(errors.force.variance, 9e-6 * 2, 5e-8);
   EXPECT_NEAR(errors.step_max_n, 0.015, 1e-9);
   EXPECT_EQ(errors.stream.samples, 201U);
@@ -49,8 +51,8 @@ TEST(PredictionTrial, ADelayIsAnAge) {
 }
 
 TEST(PredictionTrial, AChangeBetweenTwoSentSamplesIsSentWithTheNextOne) {
-  // The predictor is reset by a step of 12 times the noise. After a flagged contact change, 5 times suffices. The step
-  // here is eight times the noise, so only a flag can cause a reset.
+  // The noise is 0.1 N and the step is 0.8 N, eight times the noise. The predictor is reset by a step of 12 times the
+  // noise, or of 5 times the noise after a flagged contact change. Only the flag can therefore cause a reset here.
   Random random(5);
   ForceSeries series = series_of(1, [&](double t) { return 0.1 * random.normal() + (t < 0.502 ? 0 : 0.8); });
   haptics::ForceStream plain, flagged;

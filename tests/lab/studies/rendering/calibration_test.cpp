@@ -28,8 +28,8 @@ TEST(PolynomialFit, RecoversACubicThroughItsOwnPoints) {
 }
 
 TEST(PolynomialFit, ALineWithScatterIsALine) {
-  // The points lie on the published line, with errors of ±2 % of alternating sign. A parabola or a cubic fits the
-  // points better, but predicts left-out points worse.
+  // The points lie on the published line, with errors of ±2 % of alternating sign. A parabola or a cubic is closer to
+  // these points than a line, but predicts points that were left out of the fit less accurately.
   const std::vector<double> x{0.05, 0.075, 0.1, 0.125, 0.15, 0.175, 0.2};
   std::vector<double> y;
   for (std::size_t i = 0; i < x.size(); ++i) y.push_back((116.53 * x[i] + 16.21) * (i % 2 == 0 ? 1.02 : 0.98));
@@ -61,8 +61,9 @@ TEST(PolynomialFit, UsesOnlyTheAllowedDegrees) {
 }
 
 TEST(CouplingTrial, SettlesSoonestAtTheClosedFormsDamping) {
-  // For a mass on a spring and damper whose other end makes a step, ∫ t |d| dt is smallest at b = 1.4 √(k m) (Graham,
-  // Lathrop 1953). Sampling shifts the minimum by about k T.
+  // A mass m hangs on a spring k and a damper b, whose far end makes a step at t = 0. With d the distance of the mass
+  // from its rest position, ∫ t |d| dt is smallest at b = 1.4 √(k m) (Graham, Lathrop 1953). Sampling with the period T
+  // shifts the minimum by about k T.
   const CouplingTrial trial(devices::find_device_profile("sim"), false, {});
   for (const double mass_kg : {0.05, 0.2}) {
     const double closed_form = 1.4 * std::sqrt(400 * mass_kg);
@@ -80,8 +81,8 @@ TEST(CouplingTrial, SettlesSoonestAtTheClosedFormsDamping) {
 }
 
 TEST(CouplingTrial, TheSpectralRadiusGivesTheStiffnessLimitOfAHeldHandle) {
-  // With a delay of one period, a soft spring is stable. A stiffness far beyond the dissipation of any hand is
-  // unstable.
+  // The loop is stable if its spectral radius is below 1. With a delay of one period, a spring of 100 N/m must be
+  // stable. A spring of 1e5 N/m must be unstable, because no hand has enough damping to stabilise it.
   const CouplingTrial trial(devices::find_device_profile("touch"), false, {});
   EXPECT_LT(trial.spectral_radius({100, 2}, 0.1), 1);
   EXPECT_GT(trial.spectral_radius({1e5, 2}, 0.1), 1);
@@ -103,8 +104,9 @@ TEST(CouplingTrial, RoughnessGrowsWithStiffnessAndWithTheEncoderStep) {
 }
 
 TEST(CouplingTrial, ASoftTurningSpringIsNotTurnedPastHalfATurn) {
-  // With 0.3 of sigma.7's torque limit, a coupling of 1/64 N·m/rad would be rotated by 3.3 rad. Beyond π the spring
-  // pulls in the opposite direction. That jump must not count as roughness of the coupling.
+  // The trial loads the coupling with 0.3 of sigma.7's torque limit. This torque would rotate a spring of 1/64 N·m/rad
+  // by 3.3 rad. Beyond π the spring pulls in the opposite direction; that jump must not count as roughness of the
+  // coupling.
   const CouplingTrial sigma(devices::find_device_profile("sigma.7"), true, {});
   const double inertia = 8e-6;
   EXPECT_LT(sigma.roughness({1.0 / 64, 5e-4}, inertia), sigma.roughness({0.25, 5e-4}, inertia));
@@ -148,8 +150,9 @@ TEST(Calibration, StopsJustBelowAStiffnessThatWouldBreakARule) {
     EXPECT_LE(point.roughness, point.roughness_allowed);
     if (point.limited_by != "quiet") continue;
     ++quiet;
-    // The bisection ends within 3 % of the smallest stiffness that was too rough at the damping of that search. Just
-    // above this stiffness, the roughness scatters by some 10 %.
+    // The bisection searches the smallest stiffness whose roughness is above the bound, with the damping of the first
+    // search. It stops within 3 % of this stiffness: 64^(1/128) = 1.033. Just above it, the roughness scatters by some
+    // 10 %.
     const double share = settings.stiffness_share_of_roughness;
     const auto roughness = [&](double factor) {
       return trial.roughness({factor * point.best.stiffness, std::sqrt(factor) * point.first_damping}, point.inertia);
@@ -199,9 +202,10 @@ TEST(Calibration, RotationIsCalibratedWhereThereIsTorque) {
       });
   EXPECT_EQ(progress, 1);
   ASSERT_TRUE(calibration.rotation);
-  // The device is so soft that its encoder does not limit the stiffness. Therefore a tool of 20 g, 8e-6 kg·m², gets the
-  // maximum. The tried damping values are 8 % apart; the one with the fastest settling in continuous time must be
-  // chosen. Sampling shifts it by about k T.
+  // The device is so soft that its encoder does not limit the stiffness. Therefore a tool of 20 g with an inertia I =
+  // 8e-6 kg·m² must get the maximum stiffness, k = 0.3 N·m/rad. The damping that settles fastest in continuous time is
+  // 1.4 √(k I). The tried damping values are 8 % apart, and sampling with the period T = 1 ms shifts the best by about
+  // k T.
   const haptics::CouplingParameters most = devices::coupling_bounds(calibration.profile);
   ASSERT_EQ(calibration.rotation->points.size(), 1U);
   const CalibrationPoint& point = calibration.rotation->points.front();

@@ -1,5 +1,8 @@
-// Measures the energy that a hand can extract from a coupling. It uses random hands, and drivers that choose their
-// direction so as to gain energy.
+// Measures the energy that a hand can extract from a coupling. The hand follows a random path, or is moved by a driver.
+//
+// Terms:
+//   W       work that the hand has done so far [J]; a negative W is energy that the hand has extracted
+//   driver  worst-case motion of the hand, which chooses its direction so as to gain energy
 #pragma once
 
 #include <algorithm>
@@ -31,8 +34,7 @@ inline devices::HandPath random_path(std::uint64_t seed, double length_s) {
   return devices::HandPath(std::move(points));
 }
 
-/// Returns the smallest work W of the hand over a run of a simulated hand. A negative value is energy that the hand has
-/// extracted.
+/// Returns the smallest W during a run of a simulated hand on a random path.
 inline double least_work_j(const HandRigSettings& settings, std::uint64_t seed, double length_s) {
   HandRig rig(settings, random_path(seed, length_s));
   double least = 0;
@@ -50,7 +52,7 @@ inline std::string name_of(DriverWay way) {
   return kNames.at(static_cast<std::size_t>(way));
 }
 
-/// Limits of a driver, in metres or, for a rotation, in radians.
+/// Largest motions of a driver, in metres or, for a rotation, in radians.
 struct DriverLimits {
   double speed_per_s = 0.1;
   double acceleration_per_s2 = 10;
@@ -58,7 +60,7 @@ struct DriverLimits {
   double rashness = 0.2;     ///< fraction of decisions that are random
   double reach = 0.02;       ///< largest distance from the start
 };
-/// Limits of a human hand: a new direction every 50 ms, 10 m/s², 200 rad/s².
+/// Limits of a human hand: at most one new direction in 50 ms, 10 m/s² in translation, 200 rad/s² in rotation.
 inline DriverLimits human_limits(DriverWay way) {
   return way == DriverWay::kTurning ? DriverLimits{2, 200, 0.05, 0.2, 0.4} : DriverLimits{};
 }
@@ -115,12 +117,12 @@ inline HandRigTick pressed_down(HandRig& rig, const HandRigSettings& settings) {
   return tick;
 }
 
-/// Smallest work W over a run of a driver.
+/// Smallest values of W during a run of a driver.
 struct DrivenWork {
-  double from_rest_j = 0;  ///< W counted from the first tick
-  double reported_j = 0;   ///< from_rest_j computed from the reported positions
-  /// W counted from the start of the driver. If the driver moves along the plane, the handle is first pressed down. The
-  /// energy stored by the press is the minimum for that height, so motion along the plane cannot extract it.
+  double from_rest_j = 0;  ///< W counted from the first tick, at which the hand is at rest
+  double reported_j = 0;   ///< same as from_rest_j, but computed from the positions that the device reports
+  /// W counted from the start of the driver. For motion along the plane, the handle is pressed down before that start.
+  /// The energy stored by this press cannot be extracted by motion along the plane.
   double from_start_j = 0;
 };
 
@@ -151,8 +153,8 @@ inline DrivenWork least_driven_work(const HandRigSettings& settings, DriverWay w
   return least;
 }
 
-/// Returns the smallest W of a driver that exploits switching laws: four times it moves slowly inwards on the soft
-/// curve and outwards on the stiff one.
+/// Returns the smallest W of a hand that exploits laws that switch between two force curves. Four times the hand moves
+/// slowly inwards on the soft curve and outwards on the stiff curve.
 inline double least_stroke_work_j(const HandRigSettings& settings) {
   HandRig rig(settings, devices::named_hand_path("rest"));
   const double step_m = 0.05 / settings.rate_hz;

@@ -1,7 +1,11 @@
-// Tests the whole region in which laws are marked as passive: every shipped device profile, tools of 0.02 to 2 kg, and
-// three hands. The stiffness in translation and rotation ranges from soft to the largest that the device can display,
-// with three damping values. Positions are either exact or quantised by the profile's encoder, from whose steps the
-// velocity is estimated. In both cases, W is the work for the true motion.
+// Tests that all laws marked as passive are passive in the whole region for which this is claimed:
+//
+// * every shipped device profile, tools of 0.02 to 2 kg, and three hands;
+// * stiffness from soft to the largest that the device can display, in translation and rotation;
+// * three damping values;
+// * exact positions, or positions and velocities from the encoder steps of the profile.
+//
+// W is the work of the hand, computed from its true motion in all cases.
 #include <gtest/gtest.h>
 
 #include <iostream>
@@ -54,7 +58,8 @@ void for_region(std::string_view law, std::span<const double> dampings, std::uin
   }
 }
 
-/// Applies to both passive laws. The adaptive law is omitted, because at a given stiffness it equals the spring-damper.
+/// Calls `run` for the whole region, for both passive laws. The adaptive law is omitted, because at a given stiffness
+/// it equals the spring-damper.
 template <class Run>
 void for_passive_laws(std::uint64_t seed, const Run& run) {
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
@@ -102,8 +107,9 @@ struct ControlledWork {
   LeastWork reported;  ///< least work, computed from the positions that the passivity controller received
 };
 
-/// Uses damping k T, the smallest that a law may require. The passivity controller limits the energy since the hand was
-/// at rest, for all directions of motion together. Therefore W counts from rest.
+/// Returns the smallest W of drivers on a rig with passivity controller. The damping is k T (stiffness k, period T),
+/// the smallest that a law may require. W counts from rest, as the controller does, and includes all directions of
+/// motion.
 ControlledWork least_of_controlled_drivers(Encoder encoder) {
   ControlledWork least;
   const std::uint64_t seed = test::test_seed(1);
@@ -150,9 +156,9 @@ TEST(PassivityRegion, HoldsWithThePassivityControllerForDriversWhoTurnEveryTickW
 }
 
 TEST(PassivityRegion, OfTheReportedPositionsIsWhatThePassivityControllerKeepsBehindTheEncoder) {
-  // The energy balance of the controller uses the encoder's positions. A driver that changes direction in every tick
-  // gains slightly more, because motion within an encoder step is not observed. Therefore the work for the true
-  // positions is printed but not tested.
+  // The passivity controller computes its energy balance from encoder positions, so a driver that changes direction in
+  // every tick gains slightly more by motion within an encoder step. Therefore the work for the true positions is
+  // printed, but not tested.
   const ControlledWork least = least_of_controlled_drivers(Encoder::kOfProfile);
   least.real.print("with passivity controller, drivers that turn every tick, encoder, true positions");
   expect_passive(least.reported,

@@ -1,6 +1,11 @@
 // Tests that a hand cannot extract energy from a law that is marked as passive. For the other laws, the test measures
-// how much can be extracted. W is the work of the hand since it began at rest, computed from the true displacements
-// under the held force.
+// how much energy can be extracted.
+//
+// Terms:
+//   W       work of the hand since it began at rest [J], from the true displacements under the held force; a negative W
+//           is extracted energy
+//   driver  worst-case motion of the hand, which chooses its direction so as to gain energy
+//   k T     smallest permitted damping: stiffness k times period T
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,7 +42,8 @@ HandRigSettings stiffest_rig(std::string_view law, const devices::DeviceProfile&
   return settings;
 }
 
-/// Returns the smallest W of a simulated hand and of a driver in each direction, all within human limits.
+/// Returns the smallest W of a random hand path and of a driver in each direction, all within the limits of human
+/// motion.
 double least_of_people_j(const HandRigSettings& settings, std::uint64_t seed) {
   double least_j = least_work_j(settings, seed, 1);
   for (const DriverWay way : kDriverWays) {
@@ -46,7 +52,7 @@ double least_of_people_j(const HandRigSettings& settings, std::uint64_t seed) {
   return least_j;
 }
 
-/// The device with the largest stiffness, and the one with the largest stiffness among devices that display torque.
+/// Names of two devices: the one with the largest stiffness, and the stiffest of those that display torque.
 constexpr std::array kDevices{"omega.6", "sigma.7"};
 
 TEST(Passivity, OfPassiveLawsHoldsForHandsOnTheStiffestDevices) {
@@ -104,7 +110,7 @@ TEST(Passivity, IsLostBySwitchingAndByDirectRendering) {
     const double by_driver_j = least_driven_j(settings, human_limits(DriverWay::kDown), seed);
     std::cout << law.name << " gave " << -1e3 * by_strokes_j << " mJ in 2.4 s of strokes, " << -1e3 * by_driver_j
               << " mJ to a driver in 2 s\n";
-    // A hundred times the tolerance for a passive law.
+    // The extracted energy must be at least a hundred times the tolerance for a passive law.
     EXPECT_LT(std::min(by_strokes_j, by_driver_j), -100 * kMaxCreated_j) << law.name << ", seed " << seed;
   }
 }

@@ -39,7 +39,8 @@ TEST(LawCurves, TheSecantOfEveryCurveIsTheRequestedStiffness) {
 }
 
 TEST(LawCurves, StableDynamicIsSteepestWhereItsSecondDerivativeIsZero) {
-  // For F (1 − e^(−u²)) the slope is largest at u = 1/√2, where it is √(2/e) k.
+  // The curve F (1 − e^(−u²)) is steepest at u = 1/√2, where its slope is √(2/e) k. F is the force limit, k the
+  // stiffness, and u = k d / F for the displacement d.
   const haptics::CouplingParameters coupling;
   const double steepest_m = steepest_displacement_m("stable-dynamic", coupling);
   const double d_max = coupling.force_limit_n / coupling.stiffness_n_per_m;
@@ -58,8 +59,8 @@ TEST(HighPass, KeepsVibrationAndDropsTremor) {
     vibration.push_back(std::sin(2 * std::numbers::pi * 120 * i / 1000.0));
   }
   const auto settled = [](const std::vector<double>& samples) { return rms(std::span(samples).subspan(1000)); };
-  // The filter reduces the tremor's RMS of 0.707 by the factor (9/30)^8 = 6.6e-5. The reduction is slightly larger,
-  // because the corner frequency is prewarped.
+  // The filter must suppress the tremor at 9 Hz. It reduces the tremor's RMS of 0.707 by the factor (9/30)^8 = 6.6e-5,
+  // and slightly more because the corner frequency of 30 Hz is prewarped.
   EXPECT_LT(settled(high_passed(tremor, 1000, 30)), 5e-5);
   EXPECT_NEAR(settled(high_passed(vibration, 1000, 30)), std::sqrt(0.5), 1e-3);
 }
@@ -69,8 +70,8 @@ TEST(HandRig, PressesWithTheForceOfTheStretchedHandSpring) {
   exact.encoder_step_m = exact.tremor_rms_n = 0;
   exact.recorded_s = 1;
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
-    // The literal law has no equilibrium here, because it jumps at every reversal of the hand. Switching laws can rest
-    // on either of their curves.
+    // The law "stable-dynamic-literal" has no equilibrium, because its force jumps at every reversal of the hand. Laws
+    // that switch between two curves can rest on either curve.
     if (law.name == "stable-dynamic-literal") continue;
     const SteadyPress press = press_steadily(law.name, 1, exact);
     EXPECT_NEAR(press.mean_normal_n, 1, law.is_passive || law.name == "direct" ? 1e-6 : 0.1) << law.name;

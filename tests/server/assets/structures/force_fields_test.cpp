@@ -40,7 +40,7 @@ class ForceFields : public testing::Test {
   void SetUp() override { TANDEM_NEEDS_FILES(test::kOplsDirectory); }
 };
 
-/// Tests of force fields that combine two σ by the arithmetic mean.
+/// Tests of force fields that combine the Lennard-Jones diameters σ of two atoms by the arithmetic mean.
 class ArithmeticForceField : public ForceFields, public testing::WithParamInterface<const char*> {
  protected:
   static docking::Molecule load(const std::string& text, Hydrogens hydrogens = Hydrogens::kGiven) {
@@ -60,8 +60,8 @@ struct Chain {
 
 const std::string kBackbone = "N H CA HA C O CB ";
 
-/// Returns chains with all residues and protonation states. Each is within a chain: after a cap, and before a charged
-/// end.
+/// Returns chains that together contain all residues and protonation states. Each residue stands within its chain:
+/// after a cap, and before a charged end.
 std::vector<Chain> chains() {
   const auto capped = [](const std::string& name, const std::string& atoms) {
     return residue_text("ACE", "C O CH3 H1 H2 H3", 1) + residue_text(name, atoms, 2) +

@@ -63,7 +63,8 @@ struct Structure {
   const Vec3& hydrogen(std::size_t residue) const { return chains[residue].atoms[2].position_angstrom; }
 };
 
-/// Returns two hydroxyl groups, each with its carbon-oxygen bond along x. Their hydrogens overlap, at 0.9 Å.
+/// Returns two hydroxyl groups, each with its carbon-oxygen bond along x. Their hydrogens overlap at a distance of 0.9
+/// Å.
 Structure two_hydroxyls() {
   const double down = -1.0 / 3, out = std::sqrt(8.0) / 3;  // components for an angle of 109.5° at the oxygen
   Structure structure;
@@ -173,7 +174,7 @@ PreparedStructure rewritten(const PreparedStructure& from, const Pose& X, std::m
   }
   for (BuiltGroup& group : to.groups) {
     group.residue = static_cast<std::size_t>(std::ranges::find(order, group.residue) - order.begin());
-    // The carrier's position must equal that of its atom bit by bit.
+    // The stored position of the carrier atom must equal the position of this atom in the structure bit by bit.
     for (const PdbAtom& atom : from.chains[order[group.residue]].atoms) {
       if (atom.position_angstrom == group.carrier_angstrom) group.carrier_angstrom = X * atom.position_angstrom;
     }

@@ -59,7 +59,8 @@ TEST_F(Ubiquitin, EveryBuiltHydrogenIsWhereGromacsPutsIt) {
     const auto found = expected.find(name + " of " + residue);
     if (!name.starts_with('H')) continue;
     ASSERT_NE(found, expected.end()) << report.places[i];
-    // The golden file has three decimals in nm, so positions agree within 0.002 Å unless a hydrogen was moved.
+    // The golden file gives positions in nm with three decimals, so positions agree within 0.002 Å unless a hydrogen
+    // was moved.
     const double apart = (molecule.positions_angstrom[i] - found->second).norm();
     if (apart >= 0.002) ++moved;
     // Hydrogens that overlap atoms of other residues are moved, by less than 0.3 Å.
@@ -75,8 +76,8 @@ TEST_F(Ubiquitin, UnitedAtomsKeepTheChargeAndTheMassAndOnlyPolarHydrogens) {
   const docking::Molecule all = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kBuild);
   const docking::Molecule united = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kUnited);
   EXPECT_NEAR(total(united.charge_e), total(all.charge_e), 1e-9);
-  // The masses are those of the force field. Its aromatic CH has the mass of the carbon alone, so the hydrogens of 16
-  // such atoms are missing: one TYR, two PHE and one HIS.
+  // The masses are those of the force field. It gives an aromatic CH the mass of the carbon alone, so the masses of 16
+  // hydrogens are missing: those of one TYR, two PHE and one HIS.
   EXPECT_NEAR(total(united.mass_u), total(all.mass_u) - 16 * 1.008, 0.01);
   std::size_t hydrogens = 0;
   for (std::size_t i = 0; i < united.size(); ++i) {
@@ -103,7 +104,7 @@ TEST_F(Ubiquitin, HydrogensOfTheFileAreReplaced) {
   EXPECT_GT(farthest, 0.01);
 }
 
-/// Detects an implementation that follows GROMACS's rule literally: it would put one of the hydrogens 0.66 Å from CD.
+/// Detects an implementation that follows GROMACS's rule literally: one of the hydrogens would be only 0.66 Å from CD.
 TEST(BuiltHydrogens, OfAProlineThatBeginsAChainAreAwayFromItsRing) {
   const std::filesystem::path protease = "/usr/share/pymol/data/tut/1hpv.pdb";
   TANDEM_NEEDS_FILES(test::kOplsDirectory, protease);

@@ -86,8 +86,8 @@ TEST(AtomIdentity, SegmentsNameTheChainsOfAFileWithoutThem) {
 
 TEST(Alternates, BondedNeighboursUseTheSameAlternate) {
   std::string text;
-  // Residue 1 slightly prefers location A, residue 2 strongly prefers location B. Both must get B, because they are
-  // bonded.
+  // Residue 1 slightly prefers location A, and residue 2 strongly prefers location B. Both residues must get location
+  // B, because they are bonded to each other.
   const auto add = [&text](const char* name, int number, char letter, double occupancy, double x) {
     text += test::to_text({.name = name, .number = number, .alternate = letter, .x = x, .occupancy = occupancy});
   };

@@ -116,8 +116,9 @@ class RealComplex : public testing::Test {
     return load_molecule(file, {{chain}}, test::kOplsDirectory, hydrogens);
   }
 
-  /// Checks that a complex is read back with the energy of the original. To first order, rounded coordinates change the
-  /// energy by force times error. The bound is twice as large, to cover the second order.
+  /// Checks that a complex that is written and read back has the energy of the original. To first order, rounded
+  /// coordinates change the energy by the force times the rounding error. The bound is twice this product, to cover the
+  /// second order.
   static void expect_reads_back(const std::string& ending, Hydrogens hydrogens, const Pose& X_AB, double rounding) {
     const Molecule a = load(test::k3al1File, "A", hydrogens), b = load(test::k3al1File, "B", hydrogens);
     const fs::path file = written("", ending);
@@ -272,7 +273,7 @@ TEST(ComplexWriter, UsesMmcifForContentThatPdbCannotHold) {
 }
 
 TEST(ComplexWriter, HoldsTheLargestPdbAndRefusesTheNextAtom) {
-  // Each atom needs a serial number, and each end of a chain needs one, too.
+  // The PDB format numbers atoms and chain ends together, so each of them needs a serial number.
   Molecule receptor = many_atoms(99'996);
   EXPECT_EQ(pdb_message(receptor), "");
   add_atom(receptor, "C", "C", "LIG", "9999", "A", Vec3::Zero());

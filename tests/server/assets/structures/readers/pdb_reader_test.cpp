@@ -1,4 +1,5 @@
-// Tests the PDB reader: files that it must accept, refusals with place and remedy, and that no input makes it crash.
+// Tests the PDB reader: files that it must accept, refusals that name the position and the remedy, and hostile input
+// that must not crash it.
 #include "server/assets/structures/readers/pdb_reader.hpp"
 
 #include <gtest/gtest.h>
@@ -73,7 +74,8 @@ TEST(PdbReader, KeepsTheAlternateLocationOfTheLargerOccupancyThroughoutAResidue)
     for (const PdbAtom& atom : structure.residues.at(0).atoms) x.push_back(atom.position_angstrom.x());
     return x;
   };
-  // If the occupancies are equal, the location with more atoms is chosen. A mixture of both would be a wrong structure.
+  // If the occupancies of two alternate locations are equal, the location with more atoms is chosen. A mixture of both
+  // locations would be a wrong structure.
   EXPECT_EQ(places(parse_pdb(text, "x.pdb")), (std::vector<double>{1, 3, 4, 6}));
   text.replace(text.find("  0.50"), 6, "  0.60");
   const PdbStructure structure = parse_pdb(text, "x.pdb");
