@@ -84,7 +84,7 @@ struct WatchedBody {
   std::string name;
 };
 
-/// State of waiting for the common start of the room's hands.
+/// State of the wait until the hands of all users in the room start together.
 struct StartWait {
   LocalTime since{};
   bool has_begun = false;  ///< true once the hand follows its path
@@ -393,7 +393,8 @@ void ClientRun::on_record(const TickRecord& record) {
 
 /// Reports the events since the last call.
 void ClientRun::take_events() {
-  std::string together;  // the window shows one text, and events of one step of a game arrive together
+  // Texts of all news of this call: events of one step of a game arrive together, and the window shows one text.
+  std::string together;
   while (const std::optional<Event> event = io_.next()) {
     if (const auto* const news = std::get_if<event::News>(&*event)) {
       texts_.news = news->text;

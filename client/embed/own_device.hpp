@@ -33,7 +33,7 @@ inline constexpr Duration kZeroWithin = std::chrono::milliseconds(20);
 struct FedSample {
   Pose X_DH;
   Twist V_DH;
-  bool has_velocity = false;  ///< false: V_DH is ignored and estimated from the poses
+  bool has_velocity = false;  ///< false: V_DH is ignored, and the velocity is estimated from the poses
   std::uint32_t buttons = 0;
 };
 /// Returns why a sample is unusable; empty if it is usable.

@@ -53,7 +53,7 @@ class GivingHand {
 ///         estimate is the relaxed hand.
 /// Source  multiple-model adaptive estimation: Magill, "Optimal adaptive estimation of sampled stochastic processes",
 ///         IEEE Trans. Automatic Control 10(4), 1965; scores and grid are our choice
-/// Thread  one; no allocation
+/// Thread  always the same thread; no allocation
 class HandEstimate {
  public:
   static constexpr std::size_t kHands = 9;

@@ -80,8 +80,8 @@ class AssetPlan {
   AssetInfos offered_;
   AssetLevel level_ = AssetLevel::kNone;  ///< level reached for the current scene and kinds
   Step step_ = Step::kNone;
-  AssetInfos felt_coarse_;  ///< tactile assets; a missing one is replaced by its coarse replacement
-  AssetInfos felt_fine_;    ///< full-resolution assets, fetched after the coarse replacements
+  AssetInfos felt_coarse_;  ///< tactile assets that are fetched first; a large one is replaced by its coarse version
+  AssetInfos felt_fine_;    ///< full versions of the assets that felt_coarse_ replaces; fetched after felt_coarse_
 };
 
 }  // namespace tandem::client

@@ -53,8 +53,8 @@ class SignalConnection {
   /// In      age  time since the measurement
   /// Fails   std::invalid_argument: problem_of(signal)
   void send(Signal signal, Duration age = {});
-  /// Waits until the server has confirmed all values, and with them all its refusals. Returns false if it does not within
-  /// `patience`, or if the session has ended.
+  /// Waits until the server has confirmed the arrival of all values; its refusals have then arrived, too. Returns false
+  /// if this takes longer than `patience`, or if the session has ended.
   bool flush(Duration patience);
   SignalConnectionStatus status() const;
   /// Leaves the room and joins the thread. Repeated calls have no effect.

@@ -34,7 +34,7 @@ Pose felt_pose(const DrawnScene& scene, const View* view, std::size_t body);
 
 /// Collects the values for plots and displayed numbers.
 ///
-/// Thread  the window's
+/// Thread  the one that runs the window
 class Figures {
  public:
   /// kStep: time between two values of a curve. kSpan: time span of a full curve.

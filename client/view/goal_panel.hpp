@@ -51,7 +51,7 @@ GoalOutline outline_of(const wire::Scene& scene, const wire::GameState& state,
 /// Draws the panel in the current ImGui context, at the left edge. Draws nothing in a room without a game.
 ///
 /// In      top  upper edge [px]
-/// Thread  the window's
+/// Thread  the one that runs the window
 void draw_goals(const PanelContent& content, float top);
 
 /// Switches the gravity of a game on or off. Does nothing in a room without a game.

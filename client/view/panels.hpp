@@ -55,7 +55,7 @@ struct PanelContent {
 /// Draws the panels in the current ImGui context.
 /// In      link       parameters of the simulated link, changed by the sliders
 ///         workspace  mapping of the hand, changed by the sliders
-/// Thread  the window's
+/// Thread  the one that runs the window
 void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
                  WorkspaceSettings& workspace);
 

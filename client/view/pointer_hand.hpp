@@ -12,7 +12,7 @@ namespace tandem::client {
 
 /// Converts motion of the mouse and pressed keys to a target pose for the simulated device "mouse".
 ///
-/// Thread  the window's
+/// Thread  the one that runs the window
 class PointerHand {
  public:
   /// Largest distance between target and hand, in metres of the device. At this distance the spring of the simulated

@@ -33,7 +33,7 @@ inline constexpr Rgba kTorqueColor{0.25F, 0.90F, 0.98F, 1};
 
 /// Makes the meshes of the joined scene and arranges them for each frame.
 ///
-/// Thread  the window's
+/// Thread  the one that runs the window
 class SceneView {
  public:
   explicit SceneView(Renderer& renderer);

@@ -18,7 +18,7 @@ struct AtomDistance {
   double angstrom = 0;
 };
 
-/// Thread  the window's
+/// Thread  the one that runs the window
 class ResidueSelection {
  public:
   static constexpr std::size_t kMaxResidues = 10'000;

@@ -8,7 +8,7 @@
 
 namespace tandem::client {
 
-/// Thread  the window's
+/// Thread  the one that runs the window
 class WindowSounds {
  public:
   explicit WindowSounds(std::unique_ptr<SoundSink> sink) : player_(std::move(sink)) {}
