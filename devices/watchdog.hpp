@@ -103,7 +103,7 @@ class Watchdog {
   /// Thread  the thread that sends the commands
   void beat(LocalTime now, bool is_force_on) noexcept;
   /// Returns whether the device has accepted a zero of the watchdog since the last call.
-  /// Thread  one thread only
+  /// Thread  always the same thread
   bool has_released_force() noexcept;
 
   /// Passes a frame with a command to the watchdog, which writes it to the device's stream. While the stream is

@@ -40,7 +40,7 @@ constexpr int kZeros = 5;
 // Maximum time for which zero is retried after the owner's end, if the device accepts nothing. Our choice.
 constexpr Duration kMaxRetry = std::chrono::seconds(10);
 // Maximum time for writing zero after an owner has resumed. A resumed owner may complete an old command with a force,
-// so zero must follow. Later the owner itself has sent a zero, so this process omits it.
+// so zero must follow. After this time no zero is needed, because the owner itself has restarted its force from zero.
 constexpr Duration kMaxAnswer = std::chrono::milliseconds(20);
 
 using Bytes = std::vector<std::uint8_t>;

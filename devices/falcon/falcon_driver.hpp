@@ -102,7 +102,7 @@ class FalconDriver final : public DeviceDriver {
   DeviceSample last_;  ///< last sample with homed arms
   bool is_homed_ = false;
   bool has_homing_begun_ = false;
-  bool is_in_ = false;  ///< whether the grip has not been pulled out since homing; until then the device is not ready
+  bool is_in_ = false;  ///< true: the user has not pulled the grip out since homing, so the device is not ready
   LocalTime homing_since_{};
   Vec3 p_m_ = Vec3(0, 0, 0.125);  ///< position of the grip in the device's frame [m]
   bool has_pose_ = false;

@@ -31,8 +31,8 @@ struct Model {
   std::vector<double> mean, scale, weights;  ///< one value for each feature: kFeatureCount for each channel
   double bias = 0;
   double slope = 1, offset = 0;
-  /// Hashes of the training data, so that a test with the same data is refused. Blocks and whole recordings are both
-  /// listed, because the same recording can be cut into blocks with other limits.
+  /// Hashes of the training data, so that a test with the same data is refused. Both the blocks and the whole
+  /// recordings are listed, because a copy of a recording may be cut into blocks that begin and end at different times.
   std::vector<std::string> trained_blocks, trained_sessions;
 
   double decision(std::span<const double> features) const;
