@@ -89,7 +89,7 @@ struct LinkCounters {
 /// A packet passes the queue limit, then the rate limit (which several links may share), then the loss. Equal seed,
 /// stream and packets give an equal result. Loss and duplication do not change the random delays of the original
 /// packets.
-/// Thread  one at a time
+/// Thread  any, one at a time
 class SimulatedLink {
  public:
   /// In      stream  number that distinguishes the links of one experiment

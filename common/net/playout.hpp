@@ -29,7 +29,7 @@ struct PlayoutSettings {
 /// Settle  the delay changes in one step during the first half second, and after clock jumps of more than 200 ms
 /// Source  idea: Ramjee, Kurose, Towsley, Schulzrinne, "Adaptive playout mechanisms for packetized audio applications
 ///         in wide-area networks", INFOCOM 1994; the weighting by gaps and the slew are our design
-/// Thread  one thread; no allocation
+/// Thread  always the same thread; no allocation
 class PlayoutDelay {
  public:
   explicit PlayoutDelay(const PlayoutSettings& settings = {}) : settings_(settings) {}
@@ -76,7 +76,7 @@ class PlayoutDelay {
 ///         is extrapolated with its twist, which decreases to zero within kRunOut. Across a gap longer than kMaxGap
 ///         nothing is interpolated: the samples before it are discarded. So no time stamp can move a body farther than
 ///         its speed would within kMaxGap.
-/// Thread  one thread; no allocation
+/// Thread  always the same thread; no allocation
 class RigidTrack {
  public:
   static constexpr std::size_t kSamples = 128;

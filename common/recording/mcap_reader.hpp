@@ -15,7 +15,7 @@ namespace tandem::recording {
 ///
 /// Limits  64 MiB for a record and for an uncompressed chunk, 1024 channels. Messages must be in chunks with a
 ///         checksum, uncompressed or compressed by zstd. Attachments are not supported
-/// Thread  one at a time
+/// Thread  any, one at a time
 class McapReader {
  public:
   /// State of reading. kNotYet: reading has not ended; kWhole: the end of a complete file was reached; kCut: the file
