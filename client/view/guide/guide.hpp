@@ -44,7 +44,7 @@ struct GuideState {
 /// Leads through the steps. A step whose condition is lost for kPatience leads back to the step before it: lifting
 /// requires a held body, for instance.
 ///
-/// Thread  the one that runs the window
+/// Thread  the window's
 class Guide {
  public:
   static constexpr double kTouchForce_n = 0.3;  ///< above forces of free motion

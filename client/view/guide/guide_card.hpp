@@ -26,7 +26,7 @@ const char* guide_text(GuideStep step, bool is_mouse);
 /// In      free_width  width of the window beside the panel
 ImVec4 guide_place(float free_width);
 /// Draws the card in the current ImGui context.
-/// Thread  the one that runs the window
+/// Thread  the window's
 GuideAction draw_guide(const GuideCard& card, float free_width);
 
 }  // namespace tandem::client

@@ -28,7 +28,7 @@ struct MoleculeFrame {
   bool is_click = false;  ///< the left button was pressed and released without motion
 };
 
-/// Thread  the one that runs the window
+/// Thread  the window's
 class MoleculeMouse {
  public:
   /// Evaluates a frame of a scene with molecules.

@@ -18,7 +18,7 @@ struct AtomDistance {
   double angstrom = 0;
 };
 
-/// Thread  the one that runs the window
+/// Thread  the window's
 class ResidueSelection {
  public:
   static constexpr std::size_t kMaxResidues = 10'000;

@@ -8,6 +8,8 @@
 
 namespace tandem::client {
 
+/// Plays short sounds for the events of a session, which it finds in the ticks and frames.
+///
 /// Thread  the one that runs the window
 class WindowSounds {
  public:
