@@ -37,9 +37,11 @@ struct SignalSessionSettings {
   Duration reconnect_delay_max{std::chrono::seconds(2)};
 };
 
-/// Sends the newest value of each signal. A value that cannot be sent at once is replaced by a newer one of its name, and
-/// its age is added when it is sent. A lost connection is restored automatically, and values whose arrival is not
-/// confirmed are then sent again. The answer to a ping confirms all values sent before it.
+/// Sends the newest value of each signal:
+/// * A value that cannot be sent at once is replaced by a newer one of the same name. Its waiting time is added to its
+///   age.
+/// * A lost connection is restored automatically. Values whose arrival is not confirmed are then sent again.
+/// * The answer to a ping confirms all values sent before the ping.
 ///
 /// Limits  kMaxNames names; at most kRate values are sent, below the limit of the server
 /// Thread  any, one at a time

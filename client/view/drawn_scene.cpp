@@ -19,8 +19,8 @@
 namespace tandem::client {
 namespace {
 
-/// A static body is included in the view only if its radius and its distance are below these multiples of the focus
-/// radius, which covers tools and moving bodies. A table, for example, does not widen the view.
+/// Limits for static bodies in the initial view, as multiples of the radius of the ball around tools and moving bodies.
+/// A static body with a larger radius, or at a larger distance, does not widen the view: for example a table.
 constexpr double kMaxStaticSize = 2.5;
 constexpr double kMaxStaticDistance = 5;
 constexpr double kDeskReach_m = 0.08;

@@ -30,7 +30,7 @@ struct SoundState {
 
 /// A contact is heard when the tool begins to touch, or when the force rises suddenly.
 ///
-/// Thread  the one that runs the window
+/// Thread  the window's
 class SoundEvents {
  public:
   /// Rise of the force above its mean of the last kForceMean that is heard.
