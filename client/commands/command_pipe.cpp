@@ -56,7 +56,7 @@ struct CommandPipe::Impl {
   std::string_view unread;
   bool has_ended = false;
 
-  mutable std::mutex mutex;  // protects the members below
+  mutable std::mutex mutex;  // protects all members below it
   std::condition_variable changed;
   Turn turn = Turn::kRead;
   std::string text;  ///< the current line, or its answer, depending on `turn`

@@ -86,12 +86,12 @@ class OwnDevice final : public devices::Device {
   std::atomic<bool> gave_zero_{false};
   std::atomic<bool> is_on_{false};  ///< true: the last force that the program read was not zero
 
-  std::mutex feeding_;  ///< serialises feed(); never locked by the haptic thread
+  std::mutex feeding_;  ///< serialises feed(); the haptic thread never locks it
   haptics::VelocityEstimator estimator_;
   std::atomic<Duration::rep> fed_at_{kNever};
   realtime::Mailbox<devices::DeviceSample> samples_;
 
-  std::mutex reading_;  ///< protects the reader of `commands_`; never locked by the haptic thread
+  std::mutex reading_;  ///< serialises the readers of `commands_`; the haptic thread never locks it
   realtime::Mailbox<Command> commands_;
   std::uint64_t command_count_ = 0;  ///< accessed by the haptic thread only
 

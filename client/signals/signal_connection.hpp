@@ -16,7 +16,7 @@
 namespace tandem::client {
 
 struct SignalConnectionSettings {
-  std::string host = "127.0.0.1";  ///< without `trust` a loopback address; with `trust` also a name
+  std::string host = "127.0.0.1";  ///< server: a loopback address; with `trust` any address or name
   std::uint16_t port = 47800;
   std::optional<secure::Trust> trust{};  ///< key or authorities to verify the server; none: no TLS (--insecure)
   SignalSessionSettings session{};

@@ -18,8 +18,8 @@ namespace tandem::client {
 /// A number by name, such as the valence of an electroencephalogram or a heart rate.
 struct Signal {
   std::string name;
-  double value = 0;       ///< -1e6 … 1e6
-  double confidence = 1;  ///< 0 … 1
+  double value = 0;       ///< value in the unit of the signal, -1e6 … 1e6
+  double confidence = 1;  ///< confidence in the value, 0 … 1
   LocalTime measured{};   ///< time of the measurement, by the clock of the caller
 };
 

@@ -19,7 +19,7 @@ struct MoleculeStyle {
   enum Shape : std::uint8_t { kBalls, kSticks, kSurface, kRibbon };
   enum Colors : std::uint8_t { kByElement, kByChain, kByResidue };
   static constexpr std::array<const char*, 4> kShapeNames{"balls", "sticks", "surface",
-                                                          "ribbon"};  ///< indexed by Shape
+                                                          "ribbon"};  ///< names of the shapes, indexed by Shape
   static constexpr std::array<const char*, 3> kColorNames{"element", "chain", "residue"};
 
   Shape shape = kBalls;

@@ -259,7 +259,8 @@ class Builder {
   const AssetMap& assets_;
   MoleculeStyle molecules_;
   const std::stop_token& stop_;
-  std::map<std::string, std::optional<geometry::ShadedMesh>> decoded_;  ///< keyed by SHA-256
+  std::map<std::string, std::optional<geometry::ShadedMesh>>
+      decoded_;  ///< decoded drawings, by the SHA-256 of the asset
   std::size_t triangles_left_ = kMaxSceneTriangles;
   std::size_t chains_ = 0;  ///< number of chains of the molecules added so far
   DrawnScene out_;
