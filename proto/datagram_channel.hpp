@@ -186,8 +186,8 @@ class DatagramChannel {
   ReplayWindow window_;
   net::Deadband deadband_;
   net::SendRate send_rate_;
-  std::uint64_t newest_ = 0;    ///< newest sequence of received state
-  std::uint64_t sequence_ = 0;  ///< last sequence sent
+  std::uint64_t newest_ = 0;    ///< highest sequence number of the received state datagrams
+  std::uint64_t sequence_ = 0;  ///< sequence number of the last datagram that was sent
   std::uint64_t number_ = 0;    ///< number of the last update produced by the loop
   bool has_received_ = false;
   Step received_step_;          ///< step of the newest received server update
