@@ -97,7 +97,7 @@ class ThreadedDevice final : public Device {
   std::atomic<bool> should_stop_{false};
   /// Whether zero has replaced a force without the haptic loop having been informed
   std::atomic<bool> gave_zero_{false};
-  std::atomic<bool> may_be_on_{false};  ///< whether the device, or the command in transit, may have a force
+  std::atomic<bool> may_be_on_{false};  ///< true: the device, or a command in transit to it, may have a force
   std::thread thread_;
 };
 

@@ -46,7 +46,7 @@ inline constexpr std::size_t kMaxFrameBytes = 512;
 struct ZeroCommand {
   int descriptor = -1;                         ///< device; must stay open while the watchdog uses the command
   std::optional<std::uint8_t> usb_endpoint{};  ///< bulk-out endpoint for usbfs; empty: write(2) is used
-  std::vector<std::uint8_t> bytes;             ///< 1 to kMaxFrameBytes
+  std::vector<std::uint8_t> bytes;             ///< bytes of the command; 1 to kMaxFrameBytes
 };
 /// Writes the zero command; waits at most 20 ms. Returns false if the device did not accept all of it.
 bool send_zero(const ZeroCommand& zero) noexcept;

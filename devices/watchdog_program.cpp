@@ -166,7 +166,7 @@ class Watch {
   std::optional<Waiting> command_, reply_;
   /// Whether the owner passes all frames to this process, so that only this process writes to the stream
   bool is_writer_ = false;
-  bool is_silent_ = false;  ///< whether the owner became silent while a force was displayed
+  bool is_silent_ = false;  ///< true: the owner became silent while a force was displayed
   bool has_owner_exited_ = false;
   LocalTime silent_since_{};
   int zeros_ = 0;  ///< number of zeros that the device has accepted in this silence

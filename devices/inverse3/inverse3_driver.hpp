@@ -65,9 +65,9 @@ class Inverse3Driver final : public DeviceDriver {
   LocalTime now_{};  ///< time of the current step()
   LocalTime last_received_{};
   Vec3 shown_n_ = Vec3::Zero();  ///< last force sent [N]
-  bool may_be_on_ = false;       ///< whether a force was sent after the last complete sending of zero
-  bool is_new_ = false;          ///< whether the newest state has not been answered by a command
-  bool is_taken_ = false;        ///< whether the newest state has not been returned in a sample
+  bool may_be_on_ = false;       ///< true: a force was sent, and since then no zero completely
+  bool is_new_ = false;          ///< true: no command has been sent since the newest state
+  bool is_taken_ = false;        ///< true: the newest state was not yet returned in a sample
   std::optional<Inverse3State> state_;
   std::optional<Vec3> origin_m_;
   DeviceSample last_;

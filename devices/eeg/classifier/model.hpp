@@ -28,7 +28,7 @@ struct Model {
   StreamFormat format;  ///< channels and rate
   WindowSettings settings;
   Labels labels;
-  std::vector<double> mean, scale, weights;  ///< one value for each feature: kFeatureCount for each channel
+  std::vector<double> mean, scale, weights;  ///< one value for each feature; each channel has kFeatureCount features
   double bias = 0;
   double slope = 1, offset = 0;
   /// Hashes of the training data, so that a test with the same data is refused. Both the blocks and the whole
