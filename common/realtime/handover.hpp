@@ -1,8 +1,8 @@
 // Passes objects that own memory from a maker thread to a user thread, and lets the maker thread free the objects
 // later. The user thread neither allocates, locks, waits nor frees, and never holds a pointer to a freed object.
 //
-// Each object has a number, its generation g, which increases by 1 with each object. Object g is stored in slot g mod 2,
-// so at most two objects exist: the one in use and the next one.
+// Each object has a number, its generation g, which increases by 1 with each object. Object g is stored in slot
+// g mod 2, so at most two objects exist: the one in use and the next one.
 //
 //   maker thread                                        user thread
 //   offer(g, object)  ──────────────────────────────▶   enter(g): from now on uses only object g, by get()
@@ -56,7 +56,7 @@ class Handover {
  private:
   static constexpr std::size_t kSlots = 2;
 
-  std::array<std::unique_ptr<T>, kSlots> objects_;  ///< accessed by the maker only
+  std::array<std::unique_ptr<T>, kSlots> objects_;  ///< the objects, by slot; accessed by the maker only
   /// Pointers to the objects, for the user thread. They are atomic, because the user may load a pointer while the maker
   /// replaces it.
   std::array<std::atomic<T*>, kSlots> shown_{};

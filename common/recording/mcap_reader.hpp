@@ -65,8 +65,8 @@ class McapReader {
   std::uint64_t position_ = 0;  ///< bytes read so far
   std::uint64_t record_at_ = 0;
   std::uint64_t messages_ = 0, chunks_ = 0;
-  bool follows_chunk_ = false;  ///< whether the previous record was a chunk or one of its MessageIndex records
-  bool is_in_summary_ = false;  ///< whether DataEnd, the last record before the summary, was read
+  bool follows_chunk_ = false;  ///< true: the previous record was a chunk or one of its MessageIndex records
+  bool is_in_summary_ = false;  ///< true: the record DataEnd, which precedes the summary, was read
   Op op_ = Op::kHeader;
   Bytes head_;  ///< type and length of the current record
   Bytes content_;
