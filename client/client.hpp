@@ -51,7 +51,7 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Returns the core, whose tick() the caller must call every millisecond. Client::poll() calls its service().
+  /// Returns the core. The caller must call the core's tick() every millisecond; Client::poll() calls its service().
   /// Thread  haptic
   HapticCore& haptics() { return core_; }
   const HapticCore& haptics() const { return core_; }

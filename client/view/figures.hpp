@@ -58,7 +58,7 @@ class Figures {
 
   // Values for the first and the second molecule of the scene, at their displayed poses.
   bool has_molecules = false;
-  std::array<std::size_t, 2> molecules{};  ///< indices of their bodies
+  std::array<std::size_t, 2> molecules{};  ///< indices of the bodies of the two molecules
   std::size_t contacts = 0;
   docking::AtomPairs hydrogen_bonds;
   std::optional<double> rmsd_angstrom;  ///< deviation of the second molecule from the reference pose

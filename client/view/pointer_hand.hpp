@@ -37,7 +37,7 @@ class PointerHand {
   /// `roll_rad` is clockwise.
   void turn(const Camera& camera, double right_rad, double down_rad, double roll_rad);
   void press(std::uint32_t button, bool is_down);
-  /// Releases the held body if there is one; otherwise grabs a body within reach. For a key with both functions.
+  /// Releases the held body if there is one; otherwise grabs a body within reach. A key with both functions calls it.
   void toggle_grab(bool is_holding, LocalTime now);
   /// Releases the button if a grab has not succeeded within kGrabPatience, so that the next press grabs again. Call
   /// once a frame.

@@ -73,7 +73,7 @@ std::pair<GLFWwindow*, RenderQuality> open_window(const ScreenSettings& settings
     glfwDestroyWindow(window);
     window = open_hidden(settings, 4);
   }
-  // Frames are paced by FramePacer: a hidden window must not wait for the screen.
+  // Vertical synchronisation is off, because it would block while the window is hidden. FramePacer limits the rate.
   glfwSwapInterval(0);
   glfwShowWindow(window);
   return {window, is_fast ? RenderQuality::kFast : RenderQuality::kFull};
