@@ -68,7 +68,7 @@ class Absence {
 class ThreadedDevice final : public Device {
  public:
   /// In      realtime_priority  see request_realtime()
-  ///         watchdog           receives a beat for each command; null: no watchdog
+  ///         watchdog           receives a sign of life (beat) for each command; null: no watchdog
   explicit ThreadedDevice(std::unique_ptr<DeviceDriver> driver, int realtime_priority = 0,
                           std::shared_ptr<Watchdog> watchdog = nullptr);
   /// Sends zero to the driver and ends the thread.

@@ -29,8 +29,8 @@ struct FalconSettings {
   double motor_counts_per_n_m = 3000;
 };
 
-/// Detects frozen encoders: no count changes within 3 s at a force of 1 N or more. The tremor of a hand exceeds one
-/// count.
+/// Detects frozen encoders: no count changes within 3 s at a force of 1 N or more. This cannot happen with a hand at
+/// the device, whose tremor exceeds one count.
 class EncoderWatch {
  public:
   /// Restarts the time of 3 s. Called at the first reply of the device.
