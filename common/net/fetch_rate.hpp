@@ -30,10 +30,11 @@ namespace tandem::net {
 ///           double again.
 ///         Bytes in flight: at most rate · (least round trip + kAhead) plus two pieces.
 /// Limits  A pair occupies the link for 3.5 ms at the current rate, or for the time of two pieces of kMinPiece. State
-///         that is queued behind the pair waits for that time. Jitter of single packets reduces the rate: without
-///         jitter 73 to 85 % of the free rate is reached, at a standard deviation of 2 ms 40 to 60 %, at 5 and 10 ms 6
-///         to 30 %. If no state is received, no delay can be measured: the rate then follows from the pairs alone, and
-///         kAhead bounds the queue.
+///         updates that are queued behind the pair wait for that time.
+///         Jitter of single packets reduces the rate. Fraction of the free rate that is reached: 73 to 85 % without
+///         jitter, 40 to 60 % with jitter of 2 ms (standard deviation), 6 to 30 % with 5 to 10 ms.
+///         Without state updates no delay can be measured. The rate then follows from the pairs alone, and kAhead
+///         bounds the queue.
 /// Source  pairs: Keshav, "A control-theoretic approach to flow control", SIGCOMM 1991; use of less than the free rate,
 ///         and delay as the sign of a queue: LEDBAT (RFC 6817), Cardwell et al., "BBR", ACM Queue 14(5), 2016. The
 ///         constants are our choice
