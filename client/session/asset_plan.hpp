@@ -83,8 +83,8 @@ class AssetPlan {
   AssetInfos offered_;
   AssetLevel level_ = AssetLevel::kNone;  ///< level reached for the current scene and kinds
   Step step_ = Step::kNone;
-  AssetInfos felt_coarse_;  ///< tactile assets that are fetched first; a large one is replaced by its coarse version
-  AssetInfos felt_fine_;    ///< full versions of the assets that felt_coarse_ replaces; fetched after felt_coarse_
+  AssetInfos felt_coarse_;  ///< tactile assets to fetch first; some are represented by their coarse replacements
+  AssetInfos felt_fine_;    ///< full assets of these coarse replacements; fetched after felt_coarse_
 };
 
 }  // namespace tandem::client
