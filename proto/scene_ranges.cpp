@@ -240,8 +240,8 @@ void add_goals(Table& table) {
               {"Game.time_limit_s", "s", 0, kMaxTime_s, {0}}});
 }
 
-/// Adds the ranges of mass properties. The centre is a position and a unit quaternion, checked elsewhere. A principal
-/// moment of inertia is a divisor, so its lower bound is far above the smallest positive double.
+/// Adds the ranges of mass properties. The centre is a position and a unit quaternion, which find_mass_problem() checks.
+/// A principal moment of inertia is a divisor, so its lower bound is far above the smallest positive double.
 void add_mass(Table& table) {
   add(table, {{"MassProperties.mass_kg", "kg", kMin, kMaxMass_kg, {}, 1, "static"},
               {"MassProperties.centre", "m", -kMaxLength_m, kMaxLength_m, {}, 0},

@@ -1,5 +1,5 @@
-// Private to the state codec: writes and reads the parts that both messages have in common. Values that are read are
-// checked against the ranges of state.hpp; values that are written are not.
+// Private to the state codec: writes and reads the parts that client update and server update have in common. Values
+// that are read are checked against the ranges of state.hpp; values that are written are not.
 #pragma once
 
 #include <google/protobuf/arena.h>
