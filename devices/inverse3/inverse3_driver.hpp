@@ -65,7 +65,7 @@ class Inverse3Driver final : public DeviceDriver {
   LocalTime now_{};  ///< time of the current step()
   LocalTime last_received_{};
   Vec3 shown_n_ = Vec3::Zero();  ///< last force sent [N]
-  bool may_be_on_ = false;       ///< true: a force was sent, and since then no zero completely
+  bool may_be_on_ = false;       ///< true: a force was sent, and no zero was sent completely since then
   bool is_new_ = false;          ///< true: no command has been sent since the newest state
   bool is_taken_ = false;        ///< true: the newest state was not yet returned in a sample
   std::optional<Inverse3State> state_;
