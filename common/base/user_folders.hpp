@@ -1,4 +1,4 @@
-// Folders of the user by the XDG Base Directory Specification, and the durability of the names in a folder.
+// Folders of the user by the XDG Base Directory Specification, and a function by which file names survive a power loss.
 #pragma once
 
 #include <filesystem>
