@@ -33,8 +33,8 @@ class PointerHand {
   /// Moves the hand sideways, and horizontally away from or towards the camera. If the camera looks from above, the
   /// hand moves up and down instead of away and towards.
   void move_level(const Camera& camera, double right, double down);
-  /// Rotates the hand about the axes of the picture. Its surface on the camera's side moves to the right and down;
-  /// `roll_rad` is clockwise.
+  /// Rotates the hand about the axes of the picture. The side of the hand that faces the camera moves to the right and
+  /// down; `roll_rad` is clockwise.
   void turn(const Camera& camera, double right_rad, double down_rad, double roll_rad);
   void press(std::uint32_t button, bool is_down);
   /// Releases the held body if there is one; otherwise grabs a body within reach. A key with both functions calls it.
