@@ -34,7 +34,7 @@ Message& fresh_message() {
   return *google::protobuf::Arena::CreateMessage<Message>(&fresh_arena());
 }
 
-// Clamps negative times to 0. Monotonic clocks have none, and as unsigned numbers they would mean centuries.
+// Clamps negative times to 0. A monotonic clock gives none; as an unsigned number, such a time would mean centuries.
 inline std::uint64_t nanoseconds_of(Duration duration) {
   return static_cast<std::uint64_t>(std::max(duration, Duration{0}).count());
 }
