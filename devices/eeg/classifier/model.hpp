@@ -18,7 +18,7 @@ struct Valence {
   double confidence = 0.5;  ///< probability of the more probable state, 0.5 to 1
 };
 
-/// A trained classifier, with the data format and the settings of its training. They must be the same when it is used.
+/// A trained classifier, with the data format and the settings of its training. Later data must have the same ones.
 ///
 /// Model    f = Σ w (x − μ) s + b over the features x, with mean μ, scale s and weight w of each;
 ///          p(positive) = 1/(1 + exp(−(slope f + offset)))
