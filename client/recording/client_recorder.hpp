@@ -33,7 +33,7 @@ struct ClientRecording {
 /// State of the link and the session at one time.
 struct LinkFigures {
   LocalTime at{};
-  std::string_view state;  ///< must be a string literal
+  std::string_view state;  ///< name of the session's state; must be a string literal
   bool has_clock = false;
   Duration clock_offset{0}, round_trip{0}, minimum_round_trip{0};
   std::uint64_t sent = 0, received = 0, dropped = 0, reconnects = 0;
