@@ -53,7 +53,7 @@ bool read_time(std::uint64_t nanoseconds, std::chrono::time_point<Clock, Duratio
   return true;
 }
 
-// The result is false for NaN, and for a very large vector whose norm overflows to infinity.
+// Returns whether the length of `a` is at most `limit`; false for NaN, and for a vector whose norm overflows.
 inline bool is_within(const Vec3& a, double limit) {
   return a.norm() <= limit;
 }
