@@ -54,7 +54,7 @@ class SceneView {
   bool is_making(MoleculeStyle molecules) const;
   const DrawnFrame& frame() const { return frame_; }
   const std::vector<SceneLabel>& labels() const { return labels_; }
-  /// Displayed pose of the user's tool.
+  /// Returns the displayed pose of the user's tool.
   const Pose& tool_pose() const { return X_WT_; }
 
  private:
