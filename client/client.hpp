@@ -5,12 +5,14 @@
 //   device ◀──▶ haptics().tick(now) ── mailboxes (mailboxes.hpp) ──▶ session() ◀──▶ transport
 //               1 kHz, haptic thread ◀────── local model ─────────── poll(now), io thread
 //
-// Each join starts a new generation of the scene. Once the assets have arrived, the io side builds the model that the
-// stage (rendering method) needs. This is a local model, or the scene geometry for the proxy of stage "god-object". The
-// build takes up to a second for a large mesh. The model is handed over to the haptic thread together with its stage
-// (client/haptics/rendering.hpp). Large assets arrive first at a coarse level. The model built from the coarse level is
-// later replaced by one built from the full assets, which continues from the same state. A newly selected stage is
-// built in the same way; until then the previous stage is displayed.
+// 1. Each join starts a new generation of the scene.
+// 2. Once the assets have arrived, the io thread, or a thread that it starts, builds the model that the stage
+//    (rendering method) needs: a local model, or the scene geometry for the proxy of stage "god-object". This takes up
+//    to a second for a large mesh.
+// 3. The model is handed over to the haptic thread together with its stage (client/haptics/rendering.hpp).
+// 4. Large assets arrive first at a coarse level. The model built from them is later replaced by one built from the
+//    full assets, which continues from the same state.
+// 5. A newly selected stage is built in the same way. The previous stage is displayed until then.
 #pragma once
 
 #include <functional>
@@ -49,7 +51,7 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Returns the core, whose tick() the caller must call every millisecond. Client::poll() calls its service().
+  /// Returns the core. The caller must call the core's tick() every millisecond; Client::poll() calls its service().
   /// Thread  haptic
   HapticCore& haptics() { return core_; }
   const HapticCore& haptics() const { return core_; }

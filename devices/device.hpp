@@ -79,7 +79,7 @@ std::string describe(const DeviceSample& sample);
 /// neither sleep nor allocate; they block at most for the duration of one transfer. Homing and reopening proceed in
 /// steps, one step at each read().
 ///
-/// Thread  haptic (opening before and closing after may be done by any thread)
+/// Thread  haptic; any thread may construct and destroy the device
 class Device {
  public:
   virtual ~Device() = default;

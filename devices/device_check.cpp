@@ -10,9 +10,9 @@
 namespace tandem::devices {
 namespace {
 
-/// Window of the adaptive velocity estimator while an oscillation is perceptible: 30 Hz with an amplitude of 20 encoder
-/// steps. The window is √(12 step / acceleration), the time over which a line fits the positions to within one step.
-/// Smaller oscillations do not grow.
+/// Window of the adaptive velocity estimator [s]: √(12 s / a), the time over which a line fits the positions to within
+/// one encoder step s. The acceleration a is that of an oscillation of 30 Hz with an amplitude of 20 s, which a user
+/// can feel. An oscillation that is too small to be felt does not grow.
 constexpr double kWindowOfSteps_s = 0.004;
 
 int velocity_window(const SourcedLimit& step, double rate_hz) {

@@ -59,8 +59,10 @@ HandDynamics::HandDynamics(const HandParameters& hand, const Pose& X_DH) : hand_
 
 // Advances the hand by half a step, applies the force at that position, and advances by the second half. Under a
 // constant force, position and speed are exact, so the maximum stiffness of a sampled spring is that of the physical
-// system. The damper is integrated exactly over the whole step, while the force is constant: v⁺ = e^(−h B/m) v + (1 −
-// e^(−h B/m)) (K e + B v_intended + f)/B. This is stable for any damping.
+// system. The damper is integrated exactly over the whole step h, while the force is constant:
+//   v⁺ = d v + (1 − d) (K e + B v_intended + f) / B  with  d = e^(−h B/m)
+// v, v⁺: speed before and after the step; m: mass; B: damping; K: stiffness; e: distance to the intended position; f:
+// force of the device. This is stable for any damping.
 void HandDynamics::advance(const Pose& intended, const Twist& intended_rate, const Wrench& on_hand_D,
                            const Vec3& more_D, double dt_s) noexcept {
   X_DH_ = integrate(X_DH_, V_DH_, dt_s / 2);

@@ -9,7 +9,7 @@
 namespace tandem::devices {
 namespace {
 
-constexpr Duration kMaxCommandAge = std::chrono::milliseconds(20);  // equals the limit for a late tick (SafetyChain)
+constexpr Duration kMaxCommandAge = std::chrono::milliseconds(20);  // maximum age of a command, equal to SafetyChain's
 // Number of zeros sent at the end. One is not enough, because the device may lose the last packets.
 constexpr int kLastZeros = 3;
 constexpr Duration kRetryPeriod = std::chrono::seconds(1);

@@ -68,7 +68,7 @@ class Absence {
 class ThreadedDevice final : public Device {
  public:
   /// In      realtime_priority  see request_realtime()
-  ///         watchdog           receives a beat for each command; null: no watchdog
+  ///         watchdog           receives a sign of life (beat) for each command; null: no watchdog
   explicit ThreadedDevice(std::unique_ptr<DeviceDriver> driver, int realtime_priority = 0,
                           std::shared_ptr<Watchdog> watchdog = nullptr);
   /// Sends zero to the driver and ends the thread.
@@ -97,7 +97,7 @@ class ThreadedDevice final : public Device {
   std::atomic<bool> should_stop_{false};
   /// Whether zero has replaced a force without the haptic loop having been informed
   std::atomic<bool> gave_zero_{false};
-  std::atomic<bool> may_be_on_{false};  ///< whether the device, or the command in transit, may have a force
+  std::atomic<bool> may_be_on_{false};  ///< true: the device, or a command in transit to it, may have a force
   std::thread thread_;
 };
 

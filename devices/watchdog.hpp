@@ -8,10 +8,10 @@
 //   send()          ──packets───────▶     for a byte stream: the only writer; writes each frame whole
 //                                         owns only the device's descriptor and the bytes of its zero command
 //
-// 1. The watchdog inherits the device's descriptor. Opening the device again would fail, because the kernel grants a
-//    claimed USB interface to an open file, whichever process holds it. So the watchdog can write zero while the owner
-//    (this process) is stopped. After the owner has ended, the interface stays claimed, and a socket stays connected,
-//    until zero is written.
+// 1. The watchdog inherits the device's descriptor, so that it can write zero while the owner (this process) is
+//    stopped. It could not open the device itself, because the kernel grants a claimed USB interface to one open file.
+//    After the owner has ended, the inherited descriptor keeps the interface claimed, or the socket connected, until
+//    zero is written.
 // 2. The watchdog is a separate program, so it shares no memory, threads or signals with this one (except for the
 //    shared memory above). It runs in a separate session, so that signals of a terminal do not reach it.
 // 3. It acts only while a force is displayed, because opening, homing and zero force may involve long pauses.
@@ -46,7 +46,7 @@ inline constexpr std::size_t kMaxFrameBytes = 512;
 struct ZeroCommand {
   int descriptor = -1;                         ///< device; must stay open while the watchdog uses the command
   std::optional<std::uint8_t> usb_endpoint{};  ///< bulk-out endpoint for usbfs; empty: write(2) is used
-  std::vector<std::uint8_t> bytes;             ///< 1 to kMaxFrameBytes
+  std::vector<std::uint8_t> bytes;             ///< bytes of the command; 1 to kMaxFrameBytes
 };
 /// Writes the zero command; waits at most 20 ms. Returns false if the device did not accept all of it.
 bool send_zero(const ZeroCommand& zero) noexcept;
@@ -103,7 +103,7 @@ class Watchdog {
   /// Thread  the thread that sends the commands
   void beat(LocalTime now, bool is_force_on) noexcept;
   /// Returns whether the device has accepted a zero of the watchdog since the last call.
-  /// Thread  one thread only
+  /// Thread  always the same thread
   bool has_released_force() noexcept;
 
   /// Passes a frame with a command to the watchdog, which writes it to the device's stream. While the stream is

@@ -40,7 +40,7 @@ constexpr int kZeros = 5;
 // Maximum time for which zero is retried after the owner's end, if the device accepts nothing. Our choice.
 constexpr Duration kMaxRetry = std::chrono::seconds(10);
 // Maximum time for writing zero after an owner has resumed. A resumed owner may complete an old command with a force,
-// so zero must follow. Later the owner itself has sent a zero, so this process omits it.
+// so zero must follow. After this time no zero is needed, because the owner itself has restarted its force from zero.
 constexpr Duration kMaxAnswer = std::chrono::milliseconds(20);
 
 using Bytes = std::vector<std::uint8_t>;
@@ -166,7 +166,7 @@ class Watch {
   std::optional<Waiting> command_, reply_;
   /// Whether the owner passes all frames to this process, so that only this process writes to the stream
   bool is_writer_ = false;
-  bool is_silent_ = false;  ///< whether the owner became silent while a force was displayed
+  bool is_silent_ = false;  ///< true: the owner became silent while a force was displayed
   bool has_owner_exited_ = false;
   LocalTime silent_since_{};
   int zeros_ = 0;  ///< number of zeros that the device has accepted in this silence

@@ -86,7 +86,7 @@ class ReplayWindow {
 
 /// One end of the state stream of a connection.
 ///
-/// Thread  one at a time
+/// Thread  any, one at a time
 class DatagramChannel {
  public:
   struct Settings {
@@ -129,8 +129,8 @@ class DatagramChannel {
   LocalTime last_received() const { return last_received_; }
   LocalTime last_sent() const { return last_sent_; }
 
-  /// Counts overwritten updates. The loop numbers its updates. Those with a number between the previous one and
-  /// `number` were replaced before they could be sent.
+  /// Counts updates that were overwritten before they could be sent. The loop numbers its updates, so these are the
+  /// ones between the number of the last call and `number`.
   void count_overwritten(std::uint64_t number);
   /// Performs steps 1 and 2 of sending. Counts an update that is not admitted.
   ///
@@ -186,8 +186,8 @@ class DatagramChannel {
   ReplayWindow window_;
   net::Deadband deadband_;
   net::SendRate send_rate_;
-  std::uint64_t newest_ = 0;    ///< newest sequence of received state
-  std::uint64_t sequence_ = 0;  ///< last sequence sent
+  std::uint64_t newest_ = 0;    ///< highest sequence number of the received state datagrams
+  std::uint64_t sequence_ = 0;  ///< sequence number of the last datagram that was sent
   std::uint64_t number_ = 0;    ///< number of the last update produced by the loop
   bool has_received_ = false;
   Step received_step_;          ///< step of the newest received server update

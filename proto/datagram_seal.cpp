@@ -101,7 +101,7 @@ struct DatagramSeal::Keys {
   bool is_for_opening;
   secure::Secret chain;  ///< chain secret of the newest epoch for which a key was derived
   EpochKey current;
-  /// For decryption only. It is derived in advance, so that a forged epoch in a datagram costs no key derivation.
+  /// Key of the next epoch, for decryption only. It is derived in advance, so that a forged epoch costs no derivation.
   EpochKey next;
   std::array<std::byte, kMaxPayloadBytes> opened{};
 };

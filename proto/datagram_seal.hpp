@@ -68,7 +68,7 @@ class DatagramSeal {
   std::uint8_t epoch_;
   std::uint64_t sealed_ = 0;  ///< number of datagrams encrypted in the current epoch
   LocalTime epoch_began_{};
-  std::unique_ptr<Keys> keys_;  ///< null: null cipher
+  std::unique_ptr<Keys> keys_;  ///< keys of both epochs; null: null cipher (no encryption)
 };
 
 }  // namespace tandem::proto

@@ -12,14 +12,14 @@ enum class DropReason : std::uint8_t {
   kNone = 0,
   kTooShort,           ///< shorter than the header of a datagram
   kTooLong,            ///< longer than kMaxDatagramBytes
-  kVersion,            ///< a different protocol version
-  kType,               ///< a type that this end does not receive
+  kVersion,            ///< the protocol version differs from that of this program
+  kType,               ///< this end does not receive datagrams of this type
   kTag,                ///< authentication failed (with the null cipher: the tag is not zero)
-  kUnknownConnection,  ///< no connection with this id and epoch
-  kLate,               ///< older than the newest state
-  kDuplicate,          ///< a sequence or a step that was already received
-  kSequenceJump,       ///< sequence further ahead than kMaxSequenceJump
-  kMalformed,          ///< not a message, a required part missing, or too many items
+  kUnknownConnection,  ///< there is no connection with this id and epoch
+  kLate,               ///< the state is older than the newest received one
+  kDuplicate,          ///< the sequence number or the step was already received
+  kSequenceJump,       ///< the sequence number is further ahead than kMaxSequenceJump
+  kMalformed,          ///< it is not a message, a required part is missing, or there are too many items
   kNotFinite,          ///< a number is NaN, infinite or out of range, or time stamps are in the wrong order
   kOverwritten,        ///< replaced by a newer state before it was sent or read
   kSendFailed,         ///< the socket did not accept the datagram

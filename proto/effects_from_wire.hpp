@@ -1,5 +1,5 @@
-// Converts the effects of a complete scene to the form used by the physics. It is shared by server and client, which do
-// not depend on each other.
+// Converts the effects of a complete scene to the form used by the physics. Server and client share this code, because
+// neither depends on the other.
 #pragma once
 
 #include <string>

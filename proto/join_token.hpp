@@ -18,7 +18,8 @@ inline constexpr std::size_t kMaxTokenBytes = 512;
 /// Maximum time from issue to expiry of a token that servers accept.
 inline constexpr std::uint64_t kMaxTokenLife_ms = 30ULL * 24 * 60 * 60 * 1000;
 
-/// Signs the claims. If they have no id, generates one.
+/// Signs the claims (the rights of a token, TokenClaims in token.proto) and returns the token. Claims without an id get
+/// a random one.
 /// Fails   std::invalid_argument: the key is not an Ed25519 key, or a claim is out of its range
 Bytes sign_token(wire::TokenClaims claims, const secure::KeyPair& issuer);
 

@@ -1,4 +1,4 @@
-// Converts a placement to a pose. It is shared by server and client, which do not depend on each other.
+// Converts a placement to a pose. Server and client share this code, because neither depends on the other.
 #pragma once
 
 #include <algorithm>

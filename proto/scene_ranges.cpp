@@ -26,7 +26,7 @@ constexpr double kMaxGravity_m_per_s2 = 1e3;
 /// Default contact stiffness, our choice: a force of 5 N presses a tool's ball of 5 mm radius 0.25 mm into a plane of
 /// the same stiffness.
 constexpr double kDefaultContactStiffness_n_per_m3 = 1e10;
-/// Maximum mesh scale: it scales a file with the size of an atom, given in metres, to the largest length.
+/// Maximum mesh scale. It enlarges a mesh of the size of an atom (1e-10 m) to the largest length of a scene (100 m).
 constexpr double kMaxMeshScale = 1e12;
 /// Minimum molecular scale, below the natural scales 1e-10 m/Å and 7e-11 N per kcal/mol/Å.
 constexpr double kMinMolecularScale = 1e-12;
@@ -35,7 +35,8 @@ constexpr double kMaxMolecularEnergy = 1e6;
 using Table = std::vector<SceneRange>;
 using Text = std::string_view;
 
-/// Minimum of divisors and of perceptible quantities. It is far above the smallest positive double.
+/// Minimum of numbers that serve as divisors, and of quantities that a user could not perceive below it. It is far
+/// above the smallest positive double.
 constexpr double kMin = 1e-6;
 
 SceneRange length(Text field, int count = 1) {
@@ -239,8 +240,8 @@ void add_goals(Table& table) {
               {"Game.time_limit_s", "s", 0, kMaxTime_s, {0}}});
 }
 
-/// Adds the ranges of mass properties. The centre is a position and a unit quaternion, checked elsewhere. A principal
-/// moment of inertia is a divisor, so its lower bound is far above the smallest positive double.
+/// Adds the ranges of mass properties. The centre is a position and a unit quaternion, which find_mass_problem() checks.
+/// A principal moment of inertia is a divisor, so its lower bound is far above the smallest positive double.
 void add_mass(Table& table) {
   add(table, {{"MassProperties.mass_kg", "kg", kMin, kMaxMass_kg, {}, 1, "static"},
               {"MassProperties.centre", "m", -kMaxLength_m, kMaxLength_m, {}, 0},

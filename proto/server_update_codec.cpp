@@ -137,8 +137,8 @@ DropReason read_soft_contact(const wire::SoftContact& in, SoftContact& out) {
   return is_in_range(out) ? DropReason::kNone : DropReason::kNotFinite;
 }
 
-/// Writes the second part of the fields that are always sent, which follows bodies and users. It is for clients with a
-/// local model or wave variables.
+/// Writes the fields that are always sent and whose numbers are higher than those of bodies and users. Clients with a
+/// local model or wave variables use them.
 void write_bridge_part(const OwnUpdate& update, FieldWriter& out) {
   using Field = wire::ServerUpdate;
   if (update.held_body.is_valid()) out.packed(Field::kToolInHeldBodyFieldNumber, numbers_of<float>(update.X_BT));
@@ -173,7 +173,8 @@ void write_rigid(const RigidState& state, FieldWriter& out) {
   out.each(wire::RigidState::kVxMPerSFieldNumber, numbers_of<double>(V.v, V.w));
 }
 
-/// Writes the first part of the fields that are always sent, which precedes bodies and users (see write_bridge_part()).
+/// Writes the fields that are always sent and whose numbers are lower than those of bodies and users. The remaining
+/// ones follow in write_bridge_part().
 void write_own_part(const OwnUpdate& update, FieldWriter& out) {
   using Field = wire::ServerUpdate;
   out.varint(Field::kStepFieldNumber, update.step.value);

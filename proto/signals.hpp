@@ -19,7 +19,7 @@ inline bool is_signal_name(std::string_view name) noexcept {
          name.find_first_not_of(kCharacters) == std::string_view::npos;
 }
 
-/// The following return false for a number that is not finite.
+/// The functions is_signal_value, is_confidence and is_signal_age return false for a number that is not finite.
 inline bool is_signal_value(double value) noexcept {
   return std::abs(value) <= kMaxSignalValue;
 }

@@ -76,8 +76,8 @@ class ServerUpdateEncoder {
 
   std::size_t thinned_ = 0;
   std::uint64_t message_ = 0;
-  boost::container::static_vector<Turn, kMaxBodies> body_turns_;  ///< parallel to the bodies of the last message
-  boost::container::static_vector<Turn, kMaxUsers> user_turns_;   ///< parallel to the users of the last message
+  boost::container::static_vector<Turn, kMaxBodies> body_turns_;  ///< one entry for each body of the last message
+  boost::container::static_vector<Turn, kMaxUsers> user_turns_;   ///< one entry for each user of the last message
 };
 
 /// Parses a payload. Fails like parse_client_update(), and with kMalformed for a zero or repeated id, or for more

@@ -1,5 +1,5 @@
-// Private to the state codec: writes and reads the parts that both messages have in common. Values that are read are
-// checked against the ranges of state.hpp; values that are written are not.
+// Private to the state codec: writes and reads the parts that client update and server update have in common. Values
+// that are read are checked against the ranges of state.hpp; values that are written are not.
 #pragma once
 
 #include <google/protobuf/arena.h>
@@ -34,7 +34,7 @@ Message& fresh_message() {
   return *google::protobuf::Arena::CreateMessage<Message>(&fresh_arena());
 }
 
-// Clamps negative times to 0. Monotonic clocks have none, and as unsigned numbers they would mean centuries.
+// Clamps negative times to 0. A monotonic clock gives none; as an unsigned number, such a time would mean centuries.
 inline std::uint64_t nanoseconds_of(Duration duration) {
   return static_cast<std::uint64_t>(std::max(duration, Duration{0}).count());
 }
@@ -53,7 +53,7 @@ bool read_time(std::uint64_t nanoseconds, std::chrono::time_point<Clock, Duratio
   return true;
 }
 
-// The result is false for NaN, and for a very large vector whose norm overflows to infinity.
+// Returns whether the length of `a` is at most `limit`; false for NaN, and for a vector whose norm overflows.
 inline bool is_within(const Vec3& a, double limit) {
   return a.norm() <= limit;
 }

@@ -72,7 +72,7 @@ struct SessionTexts {
 
 /// Findings of the newest coupling check, and the same findings as text for the user.
 struct ExplainedCoupling {
-  std::uint64_t check = 0;  ///< CouplingCheck::number
+  std::uint64_t check = 0;  ///< number of the check that is explained (CouplingCheck::number)
   std::vector<haptics::StabilityFinding> findings;
   std::string lines;
 };
@@ -84,7 +84,7 @@ struct WatchedBody {
   std::string name;
 };
 
-/// State of waiting for the common start of the room's hands.
+/// State of the wait until the hands of all users in the room start together.
 struct StartWait {
   LocalTime since{};
   bool has_begun = false;  ///< true once the hand follows its path
@@ -99,7 +99,7 @@ struct Screenshot {
 
 /// Parts of a run that only a run with a window has.
 struct WindowPart {
-  Screen* screen = nullptr;                ///< null: a headless run
+  Screen* screen = nullptr;                ///< window of the operating system; null: a headless run
   std::vector<std::string> invitations{};  ///< invitations that the user gives to others
   Screenshot screenshot{};
   RunEnd::Next next = RunEnd::Next::kQuit;
@@ -163,7 +163,7 @@ class ClientRun {
   LocalTime next_status_{};
   TickRecord newest_;
   bool is_over_ = false;
-  std::optional<HapticLoop> loop_;      ///< destroyed before the objects that it uses
+  std::optional<HapticLoop> loop_;      ///< declared after the objects that it uses, so that it is destroyed first
   std::unique_ptr<SecondHand> second_;  ///< null if there is only one device
   std::optional<CommandRun> commands_;  ///< none if --commands is not used
   StopSignals stop_signals_;            ///< last member, because its thread calls the loop
@@ -393,7 +393,8 @@ void ClientRun::on_record(const TickRecord& record) {
 
 /// Reports the events since the last call.
 void ClientRun::take_events() {
-  std::string together;  // the window shows one text, and events of one step of a game arrive together
+  // Texts of all news of this call: events of one step of a game arrive together, and the window shows one text.
+  std::string together;
   while (const std::optional<Event> event = io_.next()) {
     if (const auto* const news = std::get_if<event::News>(&*event)) {
       texts_.news = news->text;

@@ -47,9 +47,10 @@ std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Dura
 /// awake. A thread cannot do so without real-time priority, or with a quota (realtime::should_keep_awake()).
 Finding judge_idle(bool gives_idle_to_host, bool has_priority, bool has_quota);
 
-/// Evaluates a loop with a period of 1 ms. The verdict is bad in two cases: more than one tick in a thousand is missed
-/// or late by a period, or one tick is late by 20 ms. The force is released after a tick that is so late. The verdict
-/// is a warning if one tick in a thousand is late by half a period.
+/// Evaluates the lateness of a loop with a period of 1 ms:
+/// * bad: more than one tick in a thousand is missed or late by a period, or one tick is late by 20 ms. The safety
+///   chain releases the force after a tick that is so late;
+/// * warning: more than one tick in a thousand is late by half a period.
 Finding judge_lateness(const Histogram& lateness, std::uint64_t missed);
 
 /// Measurements of a connection to a server.
@@ -59,9 +60,10 @@ struct LinkSample {
   Duration longest_gap{0};  ///< longest time without an arrival, up to the end of the measurement
   std::uint64_t states = 0;
 };
-/// Evaluates a link. The verdict is bad in three cases: without states, with gaps after which the force decays
-/// (SafetySettings::silence_start), and with a round trip above 300 ms, for which there are no lab measurements. It is
-/// a warning if the round trip is above 100 ms or varies by more than 30 ms, or if gaps are above 50 ms.
+/// Evaluates a link:
+/// * bad: no state is received, a gap is so long that the force decays (SafetySettings::silence_start), or the round
+///   trip is above 300 ms, for which there are no lab measurements;
+/// * warning: the round trip is above 100 ms or varies by more than 30 ms, or a gap is above 50 ms.
 Finding judge_link(const LinkSample& link);
 
 /// Joins as an observer, receives states for `length` and evaluates the link. If the server cannot be joined, the

@@ -42,7 +42,7 @@ struct ClientOptions {
   Duration start_timeout{std::chrono::seconds(60)};  ///< maximum wait for the common start; used only with `duration`
   int realtime_priority = 70;
   int cpu = -1;
-  std::optional<bool> keeps_awake;  ///< see HapticLoopSettings::keeps_awake
+  std::optional<bool> keeps_awake;  ///< whether to keep the processor awake; see HapticLoopSettings
   bool insists_on_realtime = false;
   bool prints_json = false;
   bool reads_commands = false;  ///< true: reads commands from stdin and writes the answers to stdout

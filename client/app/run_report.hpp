@@ -64,7 +64,7 @@ struct Silence {
 
 /// Computes the statistics of a run. Ticks are added in the order of time.
 ///
-/// Thread  one, but not the haptic thread
+/// Thread  always the same thread, not the haptic one
 class RunReport {
  public:
   /// In      phases        names of the phases of the hand's path

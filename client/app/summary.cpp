@@ -149,7 +149,7 @@ void add_forces(const RunSummary& s, json::object& out) {
   out["torque_n_m"] = {{"rms", root_mean(c.torque_square_sum, c.ticks)}, {"max", c.torque_max_n_m}};
   out["force_limit_n"] = s.device.force_limit_n;
   out["torque_limit_n_m"] = s.device.torque_limit_n_m;
-  // Covers computed and displayed forces: a single displayed NaN would make these sums NaN.
+  // Includes the displayed forces, not only the computed ones: a single displayed NaN makes these sums of squares NaN.
   out["all_forces_finite"] =
       c.not_finite_ticks == 0 && std::isfinite(c.force_square_sum) && std::isfinite(c.torque_square_sum);
   out["not_finite_ticks"] = c.not_finite_ticks;

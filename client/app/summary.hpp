@@ -30,7 +30,8 @@ std::string missing_of(const devices::DeviceSpec& device);
 /// Returns the line that is printed every second: time of the run, session state, delays, displayed force.
 std::string status_line(const ClientIoSnapshot& io, Duration length, const TickRecord& newest);
 
-/// Returns the reason why a session is unusable at the end of its run; empty if it is in a room and receives states.
+/// Returns the reason why a session is unusable at the end of its run; empty if the session is in a room and receives
+/// states.
 std::string problem_at_end(const ClientIoSnapshot& io, const SessionSettings& session);
 
 /// Settings and results of a run: the input of to_json().

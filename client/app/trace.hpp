@@ -15,7 +15,7 @@ namespace tandem::client {
 ///
 /// Out     t_s is the time since the first record. local_ns is the monotonic clock of this machine, the same for all of
 ///         its programs
-/// Thread  one, but not the haptic thread
+/// Thread  always the same thread, not the haptic one
 class TraceWriter {
  public:
   /// In      every  1: each record is written; 10: every tenth record

@@ -49,14 +49,14 @@ struct CommandPipe::Impl {
 
   const int lines;
   const int answers;
-  const int wake;  ///< becomes readable to stop the thread
+  const int wake;  ///< descriptor that becomes readable when the thread must stop
 
-  // Members for the pipe's own thread only.
+  // Only the pipe's own thread uses the next three members.
   std::array<char, 4096> buffer{};
   std::string_view unread;
   bool has_ended = false;
 
-  mutable std::mutex mutex;  // protects the members below
+  mutable std::mutex mutex;  // protects all members below it
   std::condition_variable changed;
   Turn turn = Turn::kRead;
   std::string text;  ///< the current line, or its answer, depending on `turn`

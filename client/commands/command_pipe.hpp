@@ -14,7 +14,7 @@ namespace tandem::client {
 /// Question-and-answer pipe with backpressure: a line is read only after the previous answer has been written. A peer
 /// that does not read its answers is blocked, and no answer is lost.
 ///
-/// Thread  one, in addition to the pipe's thread
+/// Thread  always the same thread; the pipe reads and writes on a thread of its own
 class CommandPipe {
  public:
   /// In      lines, answers  file descriptors; the pipe does not close them

@@ -273,7 +273,7 @@ std::optional<Event> EmbeddedClient::next_event() {
   if (event.has_value() || is_closed_) return event;
   events_.lower();
   event = io_->next();
-  // The signal is also raised if close() raised it just before it was lowered.
+  // close() raises the signal too. If that happened just before lower(), the signal must be raised again.
   if (event.has_value() || is_closed_) events_.raise();
   return event;
 }

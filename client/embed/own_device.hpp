@@ -33,7 +33,7 @@ inline constexpr Duration kZeroWithin = std::chrono::milliseconds(20);
 struct FedSample {
   Pose X_DH;
   Twist V_DH;
-  bool has_velocity = false;  ///< false: V_DH is ignored and estimated from the poses
+  bool has_velocity = false;  ///< false: V_DH is ignored, and the velocity is estimated from the poses
   std::uint32_t buttons = 0;
 };
 /// Returns why a sample is unusable; empty if it is usable.
@@ -86,12 +86,12 @@ class OwnDevice final : public devices::Device {
   std::atomic<bool> gave_zero_{false};
   std::atomic<bool> is_on_{false};  ///< true: the last force that the program read was not zero
 
-  std::mutex feeding_;  ///< serialises feed(); never locked by the haptic thread
+  std::mutex feeding_;  ///< serialises feed(); the haptic thread never locks it
   haptics::VelocityEstimator estimator_;
   std::atomic<Duration::rep> fed_at_{kNever};
   realtime::Mailbox<devices::DeviceSample> samples_;
 
-  std::mutex reading_;  ///< protects the reader of `commands_`; never locked by the haptic thread
+  std::mutex reading_;  ///< serialises the readers of `commands_`; the haptic thread never locks it
   realtime::Mailbox<Command> commands_;
   std::uint64_t command_count_ = 0;  ///< accessed by the haptic thread only
 

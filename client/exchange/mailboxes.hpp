@@ -30,7 +30,7 @@ struct HandStart {
   ServerTime at{};  ///< start time if kind is kAt
 };
 
-/// The haptic thread's data of a scene. Published when the session joins and when a parameter changes.
+/// Settings of a scene for the haptic thread. Published when the session joins and when a parameter changes.
 struct HapticScene {
   std::uint32_t generation = 0;  ///< incremented at each join; a new value resets the stages and restarts the ramp
   bool may_drive = false;        ///< true: joined as a manipulator: handle and buttons are sent to the server

@@ -11,12 +11,13 @@
 
 namespace tandem::client {
 
-/// Converts handle states in the world before the clutch (raw) to handle states after the clutch. It changes only the
-/// motion; the safety chain controls the force.
+/// Converts handle states without the clutch (raw) to handle states with the clutch, both in the world. It changes only
+/// the motion; the safety chain controls the force.
 ///
-/// Model   p_WH = p_raw + o,  R_WH = R_raw · O. Both offsets are set at the release so that X_WH does not jump. While
-///         the clutch is pressed, X_WH is frozen and V_WH is zero. The rotation offset is the right factor, so that a
-///         rotation of the hand about a world axis rotates the tool about the same axis: w_WH = w_raw.
+/// Model   p_WH = p_raw + o,  R_WH = R_raw O. The offsets o and O are set at the release of the clutch, so that X_WH
+///         does not jump. While the clutch is pressed, X_WH is frozen and V_WH is zero.
+///         The rotation offset O is the right factor, so that a rotation of the hand about a world axis rotates the
+///         tool about the same axis: w_WH = w_raw.
 /// Thread  haptic
 class Clutch {
  public:

@@ -43,7 +43,7 @@ void merge(const haptics::StabilityFinding& finding, std::vector<haptics::Stabil
 const haptics::CouplingLawInfo* law_of(const HapticScene& scene) {
   return scene.law < haptics::coupling_laws().size() ? &haptics::coupling_laws()[scene.law] : nullptr;
 }
-/// Returns the scene's coupling coefficients after the limits of this device, in world units.
+/// Returns the scene's coupling coefficients in world units, limited to the bounds of this device.
 haptics::CouplingParameters rendered(const HapticScene& scene, const haptics::CouplingLawInfo& law,
                                      const devices::DeviceProfile& device) {
   return haptics::rendered_coupling(

@@ -37,9 +37,10 @@ std::array<physics::MovedMass, 2> resistance_at(const MassProperties& mass, cons
 
 /// Returns the effective masses that the coupling may have to move: the user's tool, and the smallest and largest of
 /// all bodies that the tool could grab. A held body is assumed to be held at its grip point. The grip point of any
-/// other body is not known yet, so such a body is assumed to be held at its centre of mass. If the coefficients depend
-/// on the moved mass (massless tool, or the law `adaptive`), they apply only to the current load. Then the result
-/// contains only `held`, or only the tool if no body is held.
+/// other body is not known yet, so such a body is assumed to be held at its centre of mass.
+///
+/// Exception: with a massless tool, or with the law `adaptive`, the coefficients are computed for the mass that is
+/// moved now. Then the result contains only the masses of `held`, or only those of the tool if no body is held.
 ///
 /// In      p_BT  position of the tool on `held`, in the body's frame; null if it is not known
 /// Out     empty if the server's masses of the tool or of bodies are missing or unusable

@@ -11,7 +11,7 @@ namespace tandem::client {
 /// Passivity controller that fades in and out within 0.3 s, so that switching causes no force step.
 ///
 /// Invariants  Once the controller has been on, it keeps its energy account even while it is faded out. So the account
-///             is correct when the controller is switched on again. Without an account the wrench passes unchanged
+///             is correct when the controller is switched on again. While no account is kept, the wrench passes unchanged
 /// Thread      haptic except switch_to(): no allocation, no throw
 class FadedPassivity {
  public:

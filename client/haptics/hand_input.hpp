@@ -53,10 +53,10 @@ class HandInput {
   /// Returns the force of the border [N], in D.
   const Vec3& wall_on_hand_D() const noexcept { return workspace_.wall_on_hand_D(); }
 
-  /// Returns pose and twist of the handle, after the clutch.
+  /// Returns pose and twist of the handle in the world. The tool follows them, so the clutch is included.
   const RigidState& handle_W() const noexcept { return handle_W_; }
   /// Pose of the handle with smoothed encoder steps, for the computation of work: path_D() in the device's base,
-  /// unclutched_path_W() in the world before the clutch, path_W() in the world after the clutch.
+  /// unclutched_path_W() in the world without the effect of the clutch, path_W() in the world with it.
   const Pose& path_D() const noexcept { return X_DH_path_; }
   const Pose& unclutched_path_W() const noexcept { return raw_X_WH_; }
   const Pose& path_W() const noexcept { return X_WH_path_; }

@@ -40,10 +40,11 @@ struct HapticSettings {
   bool has_border = true;            ///< true: rate control and a soft wall at the border of the workspace
   haptics::SafetySettings safety{};  ///< HapticCore takes the slew and speed limits from the device's spec
   /// Upper bounds of the coupling parameters received from the server, in newtons and metres of the device. The
-  /// device's force limits apply as well. For a known device, coupling_bounds() (devices/device_profile.hpp) gives the
-  /// bounds. Source of stiffness (steepest slope of the law's force) and damping: the largest values in CHAI3D's device
-  /// table for devices of about 8 N. The rotational values are our choice, for a handle of 4e-4 kg·m² at 1 kHz. The
-  /// last two parameters, which shape the force curve, are bounded only by the range in the protocol.
+  /// device's force limits apply as well. These defaults are for an unknown device; coupling_bounds()
+  /// (devices/device_profile.hpp) gives those of a known one. Source of stiffness (steepest slope of the law's force)
+  /// and damping: the largest values in CHAI3D's device table for devices of about 8 N. The rotational values are our
+  /// choice, for a handle of 4e-4 kg·m² at 1 kHz. The last two parameters, which shape the force curve, are bounded
+  /// only by the range in the protocol.
   haptics::CouplingParameters coupling_bounds{.stiffness_n_per_m = 3000.0,
                                               .damping_n_s_per_m = 20.0,
                                               .stiffness_n_m_per_rad = 3.0,

@@ -77,7 +77,7 @@ class HapticLoop {
   void stop();
 
   /// Reads and removes the oldest unread tick record. Returns false if there is none.
-  /// Thread  one reader
+  /// Thread  always the same thread, for example the owner
   bool pop(TickRecord& record) { return trace_.pop(record); }
   /// Returns the number of records that were dropped because the ring was full.
   std::uint64_t trace_overflows() const { return trace_overflows_.load(std::memory_order_relaxed); }

@@ -30,8 +30,8 @@ struct TickRecord {
   BodyId held_body;
   /// Newest received state of the watched body; empty if no state of it was received in this scene.
   std::optional<RigidState> watched_body_W;
-  bool is_local = false;    ///< whether the wrench comes from the stage's local model or ball
-  RigidState local_tool_W;  ///< state of the local model's tool, or of the ball
+  bool is_local = false;    ///< whether the wrench comes from the local model, or from the ball of "god-object"
+  RigidState local_tool_W;  ///< state of the local model's tool, or of that ball
   /// State of the watched body in the stage's local model; empty if the model does not contain the body.
   std::optional<RigidState> local_body_W;
   bool is_predicting = false;  ///< true: the wrench contains a predicted part

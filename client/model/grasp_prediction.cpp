@@ -3,7 +3,7 @@
 namespace tandem::client {
 namespace {
 
-/// Number of inputs after a change of the button by which the server has granted or refused the grasp.
+/// Number of inputs from a change of the button until the server has granted or refused the grasp.
 constexpr std::uint64_t kGraspAnsweredAfter = 5;
 
 }  // namespace

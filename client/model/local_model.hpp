@@ -116,8 +116,8 @@ class LocalModel {
   const Wrench& newest_residual() const { return state_.newest_residual; }
   /// Returns the time of the input to which the newest residual belongs.
   LocalTime residual_of() const { return state_.residual_of; }
-  /// Returns the largest Partner::common_share() of the other users: 1 if one of them has a hand on a body that this
-  /// user moves. Returns 1 without other users.
+  /// Returns 1 if another user has a hand on a body that this user moves; otherwise 0, reached within 2 s after that
+  /// user has left the body. Returns 1 without other users. The stage weights the predicted residual by this value.
   double common_share() const noexcept { return state_.partners.common_share(); }
   /// Returns the net work of the hand's coupling on the model [J].
   double coupling_work_j() const { return state_.tool.energy_into_world_j - state_.tool.energy_from_world_j; }

@@ -45,15 +45,17 @@ class GivingHand {
 
 /// Estimates mass and stiffness of a user's hand from its motion and the displayed force.
 ///
-/// Model   kHands hypothetical hands form a grid of mass m and stiffness k. Hand j implies an intended position x −
-///         a_j, where x is the position of the hand and a_j its displacement by the displayed force. For the correct
-///         hand, the intended position is the voluntary motion, which is slow and smooth. So each hand is scored by the
-///         error of a fixed forecast of its intended position over kHorizon_s (RMS over kMemory_s). The estimate is the
-///         mean of log m and log k, weighted by prior · score⁻⁸. Without excitation all scores are equal, and the
-///         estimate is the relaxed hand.
+/// Model   Hypothetical hands j = 0 … kHands − 1 form a grid of mass m and stiffness k. Hand j implies the intended
+///         position x − a_j:
+///         x    position of the hand
+///         a_j  displacement of hand j by the displayed force
+///         For the correct hand, the intended position is the voluntary motion, which is slow and smooth. So the score
+///         of a hand is the error of a fixed forecast of its intended position over kHorizon_s (RMS over kMemory_s).
+///         The estimate is the mean of log m and log k, weighted by prior · score⁻⁸. While the displayed force does not
+///         change, all scores are equal, and the estimate is the relaxed hand.
 /// Source  multiple-model adaptive estimation: Magill, "Optimal adaptive estimation of sampled stochastic processes",
 ///         IEEE Trans. Automatic Control 10(4), 1965; scores and grid are our choice
-/// Thread  one; no allocation
+/// Thread  always the same thread; no allocation
 class HandEstimate {
  public:
   static constexpr std::size_t kHands = 9;
@@ -95,14 +97,19 @@ struct PartnerSurroundings {
 
 /// Predictor of one partner: stores the received states and predicts the handle.
 ///
-/// Model   X̂_H = X_H(t_s) + e(now) − a(t_s) + u, where t_s is the sampling time of the received handle pose X_H.
-///         e: displacement of the hand by the model's force. a: displacement by the force that was displayed at t_s.
-///         Both use a GivingHand with the mass and stiffness of HandEstimate.
-///         u: forecast of the change of the intended pose X_H − a since t_s, from the motion of this pose. If both
-///         users hold or touch a common body, the motion of that body since t_s contributes to u (only across the
-///         contact normal). If the two users touch, even through other bodies, TrajectoryForecast predicts less,
-///         because this user's response then pushes the partner's hand.
-///         At rest with a correct force of the model, e = a and u = 0: the predicted handle equals the received one.
+/// Model   X̂_H = X_H(t_s) + e(now) − a(t_s) + u
+///         X̂_H, X_H  predicted and received handle pose
+///         t_s       sampling time of X_H
+///         e         displacement of the hand by the model's force
+///         a         displacement of the hand by the force that was displayed at t_s
+///         u         forecast of the change of the intended pose X_H − a since t_s
+///         e and a are those of a GivingHand with the mass and stiffness of HandEstimate. u is forecast from the motion
+///         of the intended pose, with two exceptions:
+///         1. If both users hold or touch a common body, the motion of that body since t_s contributes to u (only
+///            across the contact normal).
+///         2. If the two users touch, even through other bodies, TrajectoryForecast predicts less, because this user's
+///            response then pushes the partner's hand.
+///         At rest with a correct force of the model, e = a and u = 0, so the predicted handle equals the received one.
 /// Source  Smith's predictor, "Closer control of loops with dead time", Chem. Eng. Prog. 53(5), 1957: the loop is
 ///         closed locally through the modelled part of the remote end, and the unmodelled part is held. Using the
 ///         received force on the remote hand is our addition.

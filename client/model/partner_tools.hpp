@@ -48,7 +48,8 @@ class PartnerTools {
   bool is_holding(BodyId body) const noexcept;
   /// Returns the state of a user's tool in the world, or `received` if that tool is not active.
   RigidState tool_of(UserId user, const RigidState& received, const physics::World& world) const noexcept;
-  /// Returns the largest Partner::common_share(); 1 if no tool is active.
+  /// Returns the largest Partner::common_share() of all partners. It is 1 while a partner and this user have a hand on
+  /// the same body, and afterwards falls slowly to 0. Returns 1 if no partner's tool is active.
   double common_share() const noexcept;
 
  private:

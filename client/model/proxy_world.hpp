@@ -16,13 +16,14 @@ namespace tandem::client {
 
 /// The ball of one user, with the bodies of one scene as obstacles.
 ///
-/// Model   Each shape of a body is a separate obstacle. Primitives are exact distance functions; meshes are the
-///         triangles of their surface asset, and open meshes have no thickness. The friction coefficient is the root of
-///         the product of both coefficients, as in every contact. A body has its newest received state, extrapolated by
-///         its velocity for at most kCarriedOn.
-///         Excluded: tools, because a state does not say which tool another user has; molecules and soft bodies.
-///         Temporarily excluded: the body that this user holds, and a moving body before its first state. The exclusion
-///         ends when the ball no longer touches the shape (for a mesh: its bounding box).
+/// Model   Each shape of a body is a separate obstacle:
+///         * Primitives are exact distance functions. Meshes are the triangles of their surface asset; open meshes have
+///           no thickness.
+///         * The friction coefficient is the root of the product of both coefficients, as in every contact.
+///         * A body has its newest received state, extrapolated by its velocity for at most kCarriedOn.
+///         * Never obstacles: tools (a state does not say which tool another user has), molecules, soft bodies.
+///         * Temporarily no obstacles: the body that this user holds, and a moving body before its first state. Such a
+///           body becomes an obstacle when the ball no longer touches the shape (for a mesh: its bounding box).
 /// Thread  step(): haptic, no allocation, no throw
 class ProxyWorld {
  public:

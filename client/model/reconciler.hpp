@@ -42,12 +42,12 @@ struct ReconcilerSettings {
 
 /// Computes the gradual correction of one body or tool.
 ///
-/// Model   C is the sum of all shifts so far; its value is stored with every input. The error e is the server's state
-///         for input k minus the model's state at k, which already contained C(k). So the required sum is C(k) + e, and
-///         the part still to be applied is C(k) + e − C. A correction that was applied after input k is thus not
-///         applied twice.
-///         In each tick the fraction h/τ of this part is applied, within the limits. h is the period and τ =
-///         time_constant + loops · delay.
+/// Model   C  sum of all shifts so far; its value C(k) at input k is stored with the input
+///         e  error: the server's state for input k minus the model's state at k, which already contained C(k)
+///         h  period;  τ = time_constant + loops · delay
+///         The required sum is C(k) + e, so the part still to be applied is C(k) + e − C. A correction that was applied
+///         after input k is thus not applied twice. In each tick the fraction h/τ of this part is applied, within the
+///         limits.
 /// Source  inner difference of a Smith predictor; the use of cumulative sums is our addition
 /// Thread  haptic: no allocation; finite for finite input
 class Reconciler {

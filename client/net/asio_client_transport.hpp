@@ -3,10 +3,10 @@
 //   session ──▶ [link up] ──▶ socket        without links: bytes pass unchanged
 //   session ◀── [link down] ◀── socket      with links: bytes are delayed until due, by one timer on the io thread
 //
-// Control bytes pass through a secure::TlsStream between link and socket; --insecure disables TLS. State and control
-// each have a simulated link in each direction; the control links are reliable. Each connection has separate sockets
-// and links, so that no bytes of an old connection reach the session. Bytes that the TCP socket does not accept are
-// queued here. State over TCP is sent only when the queue is empty.
+// * Control bytes pass through a secure::TlsStream between link and socket; --insecure disables TLS.
+// * State and control each have a simulated link in each direction; the control links are reliable.
+// * Each connection has separate sockets and links, so that no bytes of an old connection reach the session.
+// * Bytes that the TCP socket does not accept are queued here. State over TCP is sent only when the queue is empty.
 #pragma once
 
 #include <boost/asio/io_context.hpp>

@@ -145,7 +145,7 @@ void ClientIo::Impl::perform(const Command& command) {
   client.send(std::get<ClientCommand>(command), clock.now());
 }
 
-// Only this thread writes `published`, so it may read `published` without the lock.
+// Publishes a snapshot of the session. Only this thread writes `published`, so it may read `published` without the lock.
 void ClientIo::Impl::publish_snapshot(LocalTime now) {
   ClientIoSnapshot snapshot;
   snapshot.status = session.status();

@@ -26,7 +26,7 @@ class Connector {
   using Accepted = std::function<void(boost::asio::ip::tcp::socket socket, const net::Address& address)>;
   using Lost = std::function<void(const std::string& why)>;
 
-  /// In      host          a numeric address; without encryption also "localhost", with encryption also a name
+  /// In      host          a numeric address; also "localhost" without encryption, or any name with encryption
   ///         is_encrypted  if false, only loopback addresses are allowed
   ///         accepted      receives a TCP connection that the caller must set up; called again after set_up_failed() or
   ///                       a slow set-up

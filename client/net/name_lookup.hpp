@@ -27,7 +27,7 @@ class NameLookup {
   using Answer =
       std::function<void(const std::vector<net::Address>& addresses, bool is_v6, const std::string& problem)>;
 
-  /// In      io       must outlive this object; `answer` is called on its thread
+  /// In      io       must outlive this object; `answer` is called on the thread that runs `io`
   ///         resolve  called by the look-up threads
   NameLookup(boost::asio::io_context& io, Resolve resolve, Answer answer);
   /// After destruction no answer is delivered.

@@ -12,12 +12,15 @@ namespace tandem::client {
 
 /// Reads the datagrams of one socket.
 ///
-/// Model   came = now − age. T is the time at which the socket was last found empty. A datagram that is read now
-///         arrived after T, so its age is at most now − T. The kernel stamps a datagram with the wall clock. Its
-///         apparent age is (wall clock − stamp), which is wrong if the wall clock was set while the datagram waited. So
-///         the apparent age is used only if it is between 0 and now − T, and if both clocks have advanced equally since
-///         T. Otherwise the age is now − T, the largest possible one. An old datagram thus never appears fresh. The
-///         wall clock is read after the datagram, so a delay of the thread in between increases the age.
+/// Model   came = now − age
+///         came  time of reception, the result
+///         age   the apparent age w if it is plausible, otherwise its upper bound now − T
+///         T     time at which the socket was last found empty; the datagram has arrived after T
+///         w     wall clock minus the kernel's stamp, which is a time of the wall clock. w is plausible if it is between 0
+///               and now − T, and if both clocks have advanced equally since T. The second condition detects that the wall
+///               clock was set while the datagram waited
+///         So an old datagram never appears fresh. The wall clock is read after the datagram, so a delay of the thread in
+///         between increases the age.
 /// Thread  any, one at a time; no allocation
 class StampedReceiver {
  public:

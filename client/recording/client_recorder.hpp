@@ -33,7 +33,7 @@ struct ClientRecording {
 /// State of the link and the session at one time.
 struct LinkFigures {
   LocalTime at{};
-  std::string_view state;  ///< must be a string literal
+  std::string_view state;  ///< name of the session's state; must be a string literal
   bool has_clock = false;
   Duration clock_offset{0}, round_trip{0}, minimum_round_trip{0};
   std::uint64_t sent = 0, received = 0, dropped = 0, reconnects = 0;
@@ -51,7 +51,7 @@ class ClientRecorder {
   ClientRecorder& operator=(const ClientRecorder&) = delete;
 
   /// Adds a record to the ring. If the ring is full, counts the record as lost.
-  /// Thread  one; neither blocks nor allocates
+  /// Thread  always the same thread, for example the main thread; neither blocks nor allocates
   void add(const TickRecord& tick, int phase) noexcept;
   void add(const LinkFigures& figures) noexcept;
   /// Writes the queued records and the end of the file. Repeated calls have no effect.
@@ -59,7 +59,7 @@ class ClientRecorder {
 
   /// Returns the first file of the recording.
   const std::filesystem::path& name() const { return settings_.file; }
-  // Functions for any thread.
+  // Any thread may call the functions below.
   /// Returns the number of ticks and figures that are missing from the recording.
   std::uint64_t lost() const;
   std::uint64_t bytes_written() const { return file_.bytes_written(); }

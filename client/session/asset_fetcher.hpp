@@ -26,8 +26,8 @@ inline constexpr std::uint64_t kMaxAssetBytes = 256ULL * 1024 * 1024;
 using AssetInfos = google::protobuf::RepeatedPtrField<wire::AssetInfo>;
 
 /// Requests the pieces of assets and assembles the answers. Several requests may be unanswered at a time; the caller
-/// limits their total size. After a lost connection, the received pieces of an asset are kept as long as the asset is
-/// listed.
+/// limits their total size. After a lost connection, the received pieces of an asset are kept if the next begin() lists
+/// the asset again.
 ///
 /// Thread  io
 class AssetFetcher {
@@ -39,8 +39,7 @@ class AssetFetcher {
   explicit AssetFetcher(std::uint64_t limit_bytes = kMaxAssetBytes, std::shared_ptr<AssetStore> store = nullptr)
       : limit_bytes_(limit_bytes), store_(std::move(store)) {}
 
-  /// Starts look-ups of the listed assets in the store, in this order. Assets beyond the memory limit are not looked
-  /// up.
+  /// Looks up assets in the store, in the order of `wanted`. Assets beyond the memory limit are not looked up.
   void look_up(const AssetInfos& wanted);
   /// Accepts the answers of the store that have arrived. Returns true once all look-ups have been answered.
   bool accept_found();
@@ -61,10 +60,10 @@ class AssetFetcher {
   bool is_awaiting() const { return !awaited_.empty(); }
   /// Returns true if `request` is the oldest unanswered request. The server answers in the order of the requests.
   bool is_next(std::uint32_t request) const { return is_awaiting() && awaited_.front().request == request; }
-  /// Accepts the answer to the oldest request; is_next() must be true for it. If the answer is unusable, removes its
-  /// asset from the list and returns the problem; otherwise returns an empty text.
+  /// Accepts the answer to the oldest request; is_next() must be true for it. If the answer is unusable, the asset is
+  /// no longer fetched, and the problem is returned. Otherwise returns an empty text.
   std::string on_chunk(std::uint32_t request, const wire::AssetChunk& chunk);
-  /// Handles the refusal of the oldest request; is_next() must be true for it. Removes its asset from the list.
+  /// Handles the refusal of the oldest request; is_next() must be true for it. Its asset is no longer fetched.
   void on_refused(std::uint32_t request);
 
   /// Returns how many of the given assets are still to be fetched.

@@ -1,5 +1,8 @@
 // Selects the assets of a joined scene that the client needs, and their order. Assets are looked up in the local store
-// first and then fetched from the server. Tactile assets are those for contact and forces.
+// first and then fetched from the server.
+//
+// Terms: tactile assets are those for contact and forces. A coarse replacement is a small version of a large tactile
+// asset. A drawing is a mesh for display; the first drawing of a surface is its smallest one.
 //
 //   look up tactile ──▶ select, look up coarse replacements ──▶ fetch: first drawings, coarse, fine ──▶ other drawings
 #pragma once
@@ -80,8 +83,8 @@ class AssetPlan {
   AssetInfos offered_;
   AssetLevel level_ = AssetLevel::kNone;  ///< level reached for the current scene and kinds
   Step step_ = Step::kNone;
-  AssetInfos felt_coarse_;  ///< tactile assets; a missing one is replaced by its coarse replacement
-  AssetInfos felt_fine_;    ///< full-resolution assets, fetched after the coarse replacements
+  AssetInfos felt_coarse_;  ///< tactile assets to fetch first; some are represented by their coarse replacements
+  AssetInfos felt_fine_;    ///< full assets of these coarse replacements; fetched after felt_coarse_
 };
 
 }  // namespace tandem::client

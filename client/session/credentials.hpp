@@ -29,8 +29,8 @@ class Credentials {
   bool are_for_one_room() const { return are_for_one_room_; }
   /// Returns true if the server has issued a resume credential, with which the user can leave and rejoin.
   bool can_return() const { return !credential_.empty(); }
-  /// Returns credentials for a second device of the same user, valid while this session is joined. Returns null if it
-  /// is not joined or uses no credentials.
+  /// Returns credentials for a second device of the same user, valid while this session is joined. Returns null if this
+  /// session is not joined or uses no credentials.
   std::shared_ptr<const Credentials> beside() const;
   /// Stores the resume credential issued by the server, which identifies the session when rejoining.
   void accept(const wire::Joined& joined);

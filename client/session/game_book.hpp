@@ -18,8 +18,8 @@ struct GameReport {
   wire::GameState state;
   std::vector<wire::GameEvent> events;  ///< the last kMaxGameEvents events, in order of occurrence
 
-  /// Returns the last events of the step of the last event, at most kMaxEventsTogether. They are shown together, because
-  /// all of them are news.
+  /// Returns the newest event and the events of the same game step before it, at most kMaxEventsTogether in total. The
+  /// window shows them together.
   std::span<const wire::GameEvent> last_events() const;
 };
 inline constexpr std::size_t kMaxEventsTogether = 4;

@@ -13,7 +13,7 @@
 
 namespace tandem::client {
 
-/// Poses and requests about them. Received messages are validated; an invalid message changes nothing.
+/// Stored poses, and unanswered requests about poses. Received messages are validated; an invalid one changes nothing.
 ///
 /// Thread  io
 class PoseBook {

@@ -68,7 +68,7 @@ struct ClientSession::Impl {
   void perform(const command::ChangeRoom& command, LocalTime now);
   void perform(const command::SetWorkspace& command, LocalTime now);
   void perform(const command::SetNudges& command, LocalTime now);
-  /// Performs a command that is a request to the server and nothing else.
+  /// Performs a command that only sends a request to the server.
   template <class Request>
   void perform(const Request& command, LocalTime /*now*/) {
     request([&](wire::ClientControl& message) { command.write(message); });

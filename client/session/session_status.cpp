@@ -36,7 +36,7 @@ std::string line_of(const event::News& event) {
 std::string line_of(const event::Log& event) {
   return event.text;
 }
-/// Events without a line of their own, because the session also emits an event News or Log for them.
+/// Returns an empty text: the session reports each of these events by a second event, News or Log, which has a text.
 template <class Other>
 std::string line_of(const Other& /*event*/) {
   return {};

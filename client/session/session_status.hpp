@@ -1,4 +1,4 @@
-// State of a session, for programs, with text for the user.
+// State of a session, and text about the state for the user.
 #pragma once
 
 #include <cstdint>

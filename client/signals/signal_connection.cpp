@@ -71,7 +71,7 @@ struct SignalConnection::Impl {
   SignalSession session;
   asio::steady_timer timer{io};
   asio::steady_timer stop_timer{io};
-  mutable std::mutex mutex;  ///< protects the next two
+  mutable std::mutex mutex;  ///< protects `published` and `posted`
   SignalConnectionStatus published;
   std::size_t posted = 0;  ///< values that the io thread has not received yet
   std::thread thread;      ///< last member, because the thread uses all of the above

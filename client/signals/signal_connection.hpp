@@ -16,7 +16,7 @@
 namespace tandem::client {
 
 struct SignalConnectionSettings {
-  std::string host = "127.0.0.1";  ///< without `trust` a loopback address; with `trust` also a name
+  std::string host = "127.0.0.1";  ///< server: a loopback address; with `trust` any address or name
   std::uint16_t port = 47800;
   std::optional<secure::Trust> trust{};  ///< key or authorities to verify the server; none: no TLS (--insecure)
   SignalSessionSettings session{};
@@ -53,8 +53,8 @@ class SignalConnection {
   /// In      age  time since the measurement
   /// Fails   std::invalid_argument: problem_of(signal)
   void send(Signal signal, Duration age = {});
-  /// Waits until the server has confirmed all values, and with them all its refusals. Returns false if it does not within
-  /// `patience`, or if the session has ended.
+  /// Waits until the server has confirmed the arrival of all values; its refusals have then arrived, too. Returns false
+  /// if this takes longer than `patience`, or if the session has ended.
   bool flush(Duration patience);
   SignalConnectionStatus status() const;
   /// Leaves the room and joins the thread. Repeated calls have no effect.

@@ -19,8 +19,8 @@ namespace tandem::client {
 /// A number by name, such as the valence of an electroencephalogram or a heart rate.
 struct Signal {
   std::string name;
-  double value = 0;       ///< -1e6 … 1e6
-  double confidence = 1;  ///< 0 … 1
+  double value = 0;       ///< value in the unit of the signal, -1e6 … 1e6
+  double confidence = 1;  ///< confidence in the value, 0 … 1
   LocalTime measured{};   ///< time of the measurement, by the clock of the caller
 };
 
@@ -38,9 +38,11 @@ struct SignalSessionSettings {
   Duration reconnect_delay_max{std::chrono::seconds(2)};
 };
 
-/// Sends the newest value of each signal. A value that cannot be sent at once is replaced by a newer one of its name, and
-/// its age is added when it is sent. A lost connection is restored automatically, and values whose arrival is not
-/// confirmed are then sent again. The answer to a ping confirms all values sent before it.
+/// Sends the newest value of each signal:
+/// * A value that cannot be sent at once is replaced by a newer one of the same name. Its waiting time is added to its
+///   age.
+/// * A lost connection is restored automatically. Values whose arrival is not confirmed are then sent again.
+/// * The answer to a ping confirms all values sent before the ping.
 ///
 /// Limits  kMaxNames names; at most kRate values are sent, below the limit of the server
 /// Thread  any, one at a time

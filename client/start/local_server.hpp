@@ -47,7 +47,7 @@ class LocalServer {
   LocalServer& operator=(const LocalServer&) = delete;
 
   /// Reads the lines that the server has printed. Starts the partner when the server listens.
-  /// Fails   the exceptions of the constructor, for the partner
+  /// Fails   as the constructor does, if the partner cannot be started
   State poll();
   State state() const { return state_; }
   /// Returns the last line of the server: its progress while it prepares, or the reason if it failed.

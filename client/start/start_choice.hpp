@@ -18,7 +18,7 @@ struct StartChoice {
 
   Kind kind = Kind::kScene;
   std::string scene = "crate";       ///< name of a shipped scene, or a scene file
-  std::string mesh{};                ///< mesh file
+  std::string mesh{};                ///< path of the mesh file
   double mesh_size_m = 0.1;          ///< longest edge of the mesh's bounding box in the scene, 0.01 to 1 [m]
   bool is_y_up = false;              ///< true: the file's y axis points up; false: its z axis
   bool is_movable = false;           ///< true: the mesh can be lifted; false: it is fixed
@@ -61,7 +61,7 @@ std::vector<std::string> server_arguments(const StartChoice& choice, const std::
 /// Server to join, from an invitation or an address that the user has pasted.
 struct JoinTarget {
   std::optional<proto::Invitation> invitation;  ///< none: an address on this machine, without encryption
-  std::string address;                          ///< ADDRESS:PORT
+  std::string address;                          ///< address of the server, ADDRESS:PORT
 };
 /// Parses an invitation, a whole line that contains one, or an address of this machine.
 /// Fails   std::invalid_argument: the text is neither; the message names the remedy

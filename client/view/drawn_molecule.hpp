@@ -19,7 +19,7 @@ struct MoleculeStyle {
   enum Shape : std::uint8_t { kBalls, kSticks, kSurface, kRibbon };
   enum Colors : std::uint8_t { kByElement, kByChain, kByResidue };
   static constexpr std::array<const char*, 4> kShapeNames{"balls", "sticks", "surface",
-                                                          "ribbon"};  ///< indexed by Shape
+                                                          "ribbon"};  ///< names of the shapes, indexed by Shape
   static constexpr std::array<const char*, 3> kColorNames{"element", "chain", "residue"};
 
   Shape shape = kBalls;
@@ -28,10 +28,13 @@ struct MoleculeStyle {
   bool operator==(const MoleculeStyle&) const = default;
 };
 
-/// Returns one colour per atom. By element: carbon has the molecule's colour `own`, other elements the usual colours
-/// (nitrogen blue, oxygen red, sulphur yellow, hydrogen white). By chain: chain_color() from `first_chain` on, in the
-/// order of the file. By residue: acidic red, basic blue, polar teal, other amino acids sand, nucleotides purple, all
-/// others dark grey. Molecules without names are coloured by element.
+/// Returns one colour per atom:
+/// * by element: carbon has the molecule's colour `own`, other elements the usual colours (nitrogen blue, oxygen red,
+///   sulphur yellow, hydrogen white);
+/// * by chain: chain_color(), with the number `first_chain` for the first chain of the file;
+/// * by residue: acidic red, basic blue, polar teal, other amino acids sand, nucleotides purple, all others dark grey.
+///
+/// Molecules without names of residues and chains are coloured by element.
 /// Source  chains: Tol, "Colour schemes", SRON/EPS/TN/09-002, 2021 ("muted")
 std::vector<Rgba> atom_colors(const docking::Molecule& molecule, MoleculeStyle::Colors colors, const Rgba& own,
                               std::size_t first_chain = 0);

@@ -20,8 +20,8 @@
 namespace tandem::client {
 namespace {
 
-/// A static body is included in the view only if its radius and its distance are below these multiples of the focus
-/// radius, which covers tools and moving bodies. A table, for example, does not widen the view.
+/// Limits for static bodies in the initial view, as multiples of the radius of the ball around tools and moving bodies.
+/// A static body with a larger radius, or at a larger distance, does not widen the view: for example a table.
 constexpr double kMaxStaticSize = 2.5;
 constexpr double kMaxStaticDistance = 5;
 constexpr double kDeskReach_m = 0.08;
@@ -265,7 +265,8 @@ class Builder {
   const AssetMap& assets_;
   MoleculeStyle molecules_;
   const std::stop_token& stop_;
-  std::map<std::string, std::optional<geometry::ShadedMesh>> decoded_;  ///< keyed by SHA-256
+  std::map<std::string, std::optional<geometry::ShadedMesh>>
+      decoded_;  ///< decoded drawings, by the SHA-256 of the asset
   std::size_t triangles_left_ = kMaxSceneTriangles;
   std::size_t chains_ = 0;  ///< number of chains of the molecules added so far
   std::set<std::pair<std::string, Rgba>> in_legend_;

@@ -34,7 +34,7 @@ Pose felt_pose(const DrawnScene& scene, const View* view, std::size_t body);
 
 /// Collects the values for plots and displayed numbers.
 ///
-/// Thread  the window's
+/// Thread  the one that runs the window
 class Figures {
  public:
   /// kStep: time between two values of a curve. kSpan: time span of a full curve.
@@ -58,7 +58,7 @@ class Figures {
 
   // Values for the first and the second molecule of the scene, at their displayed poses.
   bool has_molecules = false;
-  std::array<std::size_t, 2> molecules{};  ///< indices of their bodies
+  std::array<std::size_t, 2> molecules{};  ///< indices of the bodies of the two molecules
   std::size_t contacts = 0;
   docking::AtomPairs hydrogen_bonds;
   std::optional<double> rmsd_angstrom;  ///< deviation of the second molecule from the reference pose

@@ -29,7 +29,7 @@ std::vector<std::string> signal_rows(const wire::Game& game, const wire::GameSta
 
 /// A closed polygon of a solution, in the frame of the figure [m].
 using SolutionOutline = std::vector<Eigen::Vector2d>;
-/// Returns the outlines of a solution's boards at their target positions. Bodies without an outline in the level are
+/// Returns the outlines of a solution's bodies at their target positions. Bodies without an outline in the level are
 /// left out.
 std::vector<SolutionOutline> solution_outlines(const wire::Level& level, const wire::Solution& solution);
 
@@ -51,7 +51,7 @@ GoalOutline outline_of(const wire::Scene& scene, const wire::GameState& state,
 /// Draws the panel in the current ImGui context, at the left edge. Draws nothing in a room without a game.
 ///
 /// In      top  upper edge [px]
-/// Thread  the window's
+/// Thread  the one that runs the window
 void draw_goals(const PanelContent& content, float top);
 
 /// Switches the gravity of a game on or off. Does nothing in a room without a game.

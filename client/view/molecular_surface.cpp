@@ -148,7 +148,7 @@ void Block::add(const Blob& blob) {
   }
 }
 
-/// Appends the faces that belong to the grid edges that start at points inside this block.
+/// Appends the faces of all grid edges that start at a point inside this block.
 void Block::append_to(DrawnMesh& out) {
   const auto is_inside_value = [](double value) { return value >= 1; };
   if (std::ranges::none_of(values_, is_inside_value) || std::ranges::all_of(values_, is_inside_value)) return;

@@ -26,7 +26,7 @@ constexpr float kMinPanelEm = 15, kMaxPanelEm = 21;
 constexpr float kPanelShare = 0.36F;
 constexpr double kMaxSliderDelay_ms = 300;
 constexpr double kMaxSliderJitter_ms = 50;
-constexpr double kMaxSliderLoss = 30;  ///< [%]
+constexpr double kMaxSliderLoss = 30;  ///< largest loss that the slider can set [%]
 
 ImVec4 color_of(const Rgba& color) {
   return {color[0], color[1], color[2], color[3]};

@@ -43,7 +43,7 @@ struct PanelContent {
   const std::vector<std::string>* missing = nullptr;                        ///< objects of the scene that are not drawn
   std::string notice{};                                                     ///< text for the top of the window
   bool is_mouse = false;
-  double camera_turn_rad = 0;        ///< see Camera::turn_rad()
+  double camera_turn_rad = 0;        ///< azimuth of the camera (Camera::turn_rad())
   bool is_making_molecules = false;  ///< true: molecules in another style are being made
   bool is_recording = false;
   const std::string* recording_state = nullptr;   ///< state of the recording, as text
@@ -55,7 +55,7 @@ struct PanelContent {
 /// Draws the panels in the current ImGui context.
 /// In      link       parameters of the simulated link, changed by the sliders
 ///         workspace  mapping of the hand, changed by the sliders
-/// Thread  the window's
+/// Thread  the one that runs the window
 void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
                  WorkspaceSettings& workspace);
 

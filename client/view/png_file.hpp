@@ -16,7 +16,7 @@ void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> 
 struct Pixels {
   int width = 0;
   int height = 0;
-  std::vector<std::uint8_t> rgb;  ///< layout: see write_png()
+  std::vector<std::uint8_t> rgb;  ///< pixels in the layout of write_png()
 };
 inline constexpr std::uint32_t kMaxPngSide = 2048;
 /// Reads a picture of at most kMaxPngSide pixels in width and height. Returns nothing if it is missing, larger or

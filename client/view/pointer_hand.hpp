@@ -12,7 +12,7 @@ namespace tandem::client {
 
 /// Converts motion of the mouse and pressed keys to a target pose for the simulated device "mouse".
 ///
-/// Thread  the window's
+/// Thread  the one that runs the window
 class PointerHand {
  public:
   /// Largest distance between target and hand, in metres of the device. At this distance the spring of the simulated
@@ -33,11 +33,11 @@ class PointerHand {
   /// Moves the hand sideways, and horizontally away from or towards the camera. If the camera looks from above, the
   /// hand moves up and down instead of away and towards.
   void move_level(const Camera& camera, double right, double down);
-  /// Rotates the hand about the axes of the picture. Its surface on the camera's side moves to the right and down;
-  /// `roll_rad` is clockwise.
+  /// Rotates the hand about the axes of the picture. The side of the hand that faces the camera moves to the right and
+  /// down; `roll_rad` is clockwise.
   void turn(const Camera& camera, double right_rad, double down_rad, double roll_rad);
   void press(std::uint32_t button, bool is_down);
-  /// Releases the held body if there is one; otherwise grabs a body within reach. For a key with both functions.
+  /// Releases the held body if there is one; otherwise grabs a body within reach. A key with both functions calls it.
   void toggle_grab(bool is_holding, LocalTime now);
   /// Releases the button if a grab has not succeeded within kGrabPatience, so that the next press grabs again. Call
   /// once a frame.

@@ -188,7 +188,7 @@ Size size_of(Fold fold) {
 }
 
 /// Returns the half width and thickness of the cross-section between the links i and i + 1, at the fraction `share` of
-/// their distance. At the end of a strand they form an arrow.
+/// their distance. At the end of a strand, these sizes form an arrow.
 Size size_at(const Chain& chain, std::size_t i, double share) {
   const Fold here = chain[i].fold, next = chain[std::min(i + 1, chain.size() - 1)].fold;
   const bool ends_next = i + 2 >= chain.size() || chain[i + 2].fold != Fold::kStrand;

@@ -32,7 +32,8 @@ constexpr double kContact = 0.009;
 constexpr double kMinForce_n = 0.05;
 constexpr double kMinTorque_n_m = 0.003;
 
-/// Number of selected residues up to which each atom is marked and each residue is named, and bounds of the marks.
+/// Limits of marks for selected residues. Up to kMaxDetailed residues, each atom is marked and each residue is named;
+/// above that, one atom of each. kMaxMarked: number of marked residues. kMaxMarkedAtoms: marked atoms of one residue.
 constexpr std::size_t kMaxDetailed = 12, kMaxMarked = 300, kMaxMarkedAtoms = 60;
 
 DrawnMesh drawn(const geometry::TriangleMesh& mesh) {

@@ -33,7 +33,7 @@ inline constexpr Rgba kTorqueColor{0.25F, 0.90F, 0.98F, 1};
 
 /// Makes the meshes of the joined scene and arranges them for each frame.
 ///
-/// Thread  the window's
+/// Thread  the one that runs the window
 class SceneView {
  public:
   explicit SceneView(Renderer& renderer);
@@ -54,7 +54,7 @@ class SceneView {
   bool is_making(MoleculeStyle molecules) const;
   const DrawnFrame& frame() const { return frame_; }
   const std::vector<SceneLabel>& labels() const { return labels_; }
-  /// Displayed pose of the user's tool.
+  /// Returns the displayed pose of the user's tool.
   const Pose& tool_pose() const { return X_WT_; }
 
  private:
@@ -89,7 +89,7 @@ class SceneView {
   std::size_t first_of_scene_ = 0;  ///< index of the scene's first mesh, in the order bodies, soft bodies, tools
   std::shared_ptr<const wire::Joined> joined_;
   std::shared_ptr<const AssetMap> assets_;
-  std::optional<Content> shown_;                           ///< null: nothing of this scene is shown yet
+  std::optional<Content> shown_;  ///< content that is shown; empty: nothing of this scene is shown yet
   std::optional<std::pair<Content, DrawnScene>> surface_;  ///< last shown surface, stored while another style is shown
   std::optional<Content> failed_;                          ///< content whose meshes could not be made
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets_;

@@ -70,7 +70,7 @@ out vec4 pixel;
 void main() {
   vec3 n = normalize(up);
   if (!gl_FrontFacing) n = -n;
-  // With several samples a pixel, the colour may be extrapolated beyond the triangle's edge and leave 0 to 1.
+  // With multisampling, the interpolated colour at the edge of a triangle may lie outside the range 0 to 1.
   vec4 own = clamp(paint, 0.0, 1.0) * tint;
   vec3 light = mix(lit(own.rgb, at, n, in_sun), linear(own.rgb), glow);
   pixel = vec4(shown(light), own.a);

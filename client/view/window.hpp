@@ -45,7 +45,7 @@ struct WindowSettings {
   WorkspaceSettings workspace{};                             ///< initial mapping of the hand
 };
 
-/// Thread  main, the thread that constructed it
+/// Thread  main: the thread that constructed the window
 class Window {
  public:
   /// Fails   std::runtime_error: the display's driver refuses a shader

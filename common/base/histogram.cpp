@@ -10,7 +10,7 @@ std::size_t Histogram::bucket_of(std::uint64_t nanoseconds) {
   if (nanoseconds < kSubBuckets) return static_cast<std::size_t>(nanoseconds);
   // The leading bit selects the power of two; the five bits after it select the sub-bucket.
   const auto exponent = static_cast<std::size_t>(std::bit_width(nanoseconds)) - 6;
-  const auto mantissa = static_cast<std::size_t>(nanoseconds >> exponent);  // 32..63
+  const auto mantissa = static_cast<std::size_t>(nanoseconds >> exponent);  // the leading six bits, 32..63
   return std::min(exponent * kSubBuckets + mantissa, kBuckets - 1);
 }
 

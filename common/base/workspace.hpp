@@ -7,9 +7,10 @@ namespace tandem {
 
 /// Maps handle poses from the device base D to the world W, and wrenches on the hand from W back to D.
 ///
-/// Model   p_WH = p_WD + R_WD · s_p · p_DH,  R_WH = R_WD · R_DH (rotation is never scaled)
-///         f_D = s_f · R_WD⁻¹ f_W,  τ_D = (s_f / s_p) · R_WD⁻¹ τ_W
-///         so that in each of the six directions hand power = (s_f / s_p) · world power.
+/// Model   p_WH = p_WD + s_p R_WD p_DH,  R_WH = R_WD R_DH (rotation is never scaled)
+///         f_D = s_f R_WD⁻¹ f_W,  τ_D = (s_f / s_p) R_WD⁻¹ τ_W
+///         H is the handle; f and τ are force and torque on the hand. In each of the six directions,
+///         hand power = (s_f / s_p) · world power.
 struct WorkspaceMapping {
   Pose X_WD;
   double position_scale = 1.0;  ///< s_p, world metres per device metre, > 0

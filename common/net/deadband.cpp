@@ -4,7 +4,7 @@
 
 namespace tandem::net {
 
-// The comparison is negated so that a NaN counts as different.
+// Returns whether a and b differ noticeably. The comparison is negated so that a NaN counts as different.
 bool Deadband::differs(const Vec3& a, const Vec3& b, double floor) const {
   return !((a - b).norm() <= fraction_ * std::max(b.norm(), floor));
 }

@@ -13,10 +13,11 @@ inline constexpr double kMaxDeadband = 0.5;
 
 /// Detects changes that a user could feel, by Weber's law: the threshold is a fraction of the value itself.
 ///
-/// Model   A force counts as changed if it differs from the last sent force F by more than w · max(|F|, kForceFloor_n).
-///         Velocities are treated in the same way. For a position, its deviation from the receiver's estimate is
-///         multiplied by the coupling stiffness and compared with the threshold of the current force. Torques and
-///         rotations follow the same rules.
+/// Model   A force counts as changed if it differs from the last sent force F by more than w · max(|F|, kForceFloor_n),
+///         with the Weber fraction w. Velocities are treated in the same way.
+///         For a position, the deviation from the receiver's estimate is multiplied by the coupling stiffness, and
+///         compared with the threshold of the current force.
+///         Torques and rotations follow the same rules.
 /// Source  Hinterseer, Hirche, Chaudhuri, Steinbach, Buss, "Perception-based data reduction and transmission of haptic
 ///         data in telepresence and teleaction systems", IEEE Trans. Signal Processing 56(2), 2008: Weber's deadband on
 ///         forces and velocities. The rule for positions and the floors are our additions. Without floors, sensor noise

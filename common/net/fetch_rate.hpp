@@ -16,22 +16,25 @@ namespace tandem::net {
 /// The sender only answers requests, so it needs no rate control.
 ///
 /// Model   Capacity: pieces are requested in pairs, whose two answers leave the sender together. The gap between their
-///         arrivals is the time that the bottleneck needs for the second answer and for the state sent in between. The
-///         capacity follows from the mean time per byte of the shorter half of the last kPairs gaps. The free rate is
-///         the capacity less the rate of state. With jitter, the shorter half of the gaps is too short, so the mean of
-///         all pairs gives a second upper limit of the free rate.
-///         Rate: it begins at kFirstRate and doubles once per round trip, up to kShare of the free rate. A queue is
-///         detected when the least delay of state over kShort exceeds the least delay over kLong by more than the
-///         allowance (initially kQueue). The rate then falls by the factor kFall, and from then on rises by the factor
-///         kCareful per round trip. If the rate is already below kFall of the free rate, the delay has another cause
-///         (jitter, a longer route, other traffic). In this case the allowance is raised to this delay, up to
-///         kMaxAllowed, and the rate may double again. At most rate · (least round trip + kAhead) plus two pieces are
-///         in flight.
+///         arrivals is the time that the bottleneck needs for the second answer and for state updates sent in between.
+///         The capacity follows from the mean time per byte of the shorter half of the last kPairs gaps.
+///         Free rate: the capacity less the rate of state updates. With jitter, the shorter half of the gaps is too
+///         short, so the mean of all gaps gives a second upper limit.
+///         Request rate:
+///         * It begins at kFirstRate and doubles once per round trip, up to kShare of the free rate.
+///         * A queue is detected when the least delay of state updates over kShort exceeds their least delay over kLong
+///           by more than the allowance (initially kQueue). The rate then falls by the factor kFall, and from then on
+///           rises by the factor kCareful per round trip.
+///         * If the rate is already below kFall of the free rate, the delay has another cause (jitter, a longer route,
+///           other traffic). In this case the allowance is raised to this delay, up to kMaxAllowed, and the rate may
+///           double again.
+///         Bytes in flight: at most rate · (least round trip + kAhead) plus two pieces.
 /// Limits  A pair occupies the link for 3.5 ms at the current rate, or for the time of two pieces of kMinPiece. State
-///         that is queued behind the pair waits for that time. Jitter of single packets reduces the rate: without
-///         jitter 73 to 85 % of the free rate is reached, at a standard deviation of 2 ms 40 to 60 %, at 5 and 10 ms 6
-///         to 30 %. If no state is received, no delay can be measured: the rate then follows from the pairs alone, and
-///         kAhead bounds the queue.
+///         updates that are queued behind the pair wait for that time.
+///         Jitter of single packets reduces the rate. Fraction of the free rate that is reached: 73 to 85 % without
+///         jitter, 40 to 60 % with jitter of 2 ms (standard deviation), 6 to 30 % with 5 to 10 ms.
+///         Without state updates no delay can be measured. The rate then follows from the pairs alone, and kAhead
+///         bounds the queue.
 /// Source  pairs: Keshav, "A control-theoretic approach to flow control", SIGCOMM 1991; use of less than the free rate,
 ///         and delay as the sign of a queue: LEDBAT (RFC 6817), Cardwell et al., "BBR", ACM Queue 14(5), 2016. The
 ///         constants are our choice

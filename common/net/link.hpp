@@ -22,7 +22,7 @@ namespace tandem::net {
 /// Model   kNormal  max(0, delay + σ·N(0,1)). If σ is large relative to the delay, the maximum raises the mean delay
 ///         kPareto  delay + scale·((1 − u)^(−1/3) − 1), with u uniform. `delay` is the minimum, the standard deviation
 ///                  is exactly σ, the mean is delay + σ/√3, and P(delay exceeds the minimum by x) falls as x⁻³
-///          kTrace   the delays of a given list in order, repeated from the start after the last one
+///         kTrace   the delays of a given list in order, repeated from the start after the last one
 enum class JitterDistribution { kNormal, kPareto, kTrace };
 
 /// A delay that varies over time: linear between the given points, repeated after the last point.
@@ -64,7 +64,7 @@ struct LinkParameters {
   /// Mean length of bad periods; all packets that are sent in a bad period are lost
   Duration mean_bad_period{from_seconds(0.020)};
   double duplication = 0.0;           ///< fraction of packets delivered twice
-  double rate_limit_bytes_per_s = 0;  ///< 0: the rate is not limited
+  double rate_limit_bytes_per_s = 0;  ///< rate of the link's line; 0: not limited
   std::size_t queue_limit = 4096;     ///< maximum number of packets in flight; further ones are dropped (tail drop)
 
   /// Returns whether datagrams are lost, duplicated or reordered. Such parameters must not be used for a stream,
@@ -89,7 +89,7 @@ struct LinkCounters {
 /// A packet passes the queue limit, then the rate limit (which several links may share), then the loss. Equal seed,
 /// stream and packets give an equal result. Loss and duplication do not change the random delays of the original
 /// packets.
-/// Thread  one at a time
+/// Thread  any, one at a time
 class SimulatedLink {
  public:
   /// In      stream  number that distinguishes the links of one experiment
@@ -148,7 +148,8 @@ class SimulatedLink {
   LocalTime last_due_{};
   std::shared_ptr<LocalTime> line_free_ =
       std::make_shared<LocalTime>();  ///< time when the line becomes idle; links that share the line share this value
-  std::multimap<LocalTime, std::vector<std::byte>> in_flight_;  ///< sorted by due time, then by order of sending
+  std::multimap<LocalTime, std::vector<std::byte>>
+      in_flight_;  ///< packets, sorted by due time, then by order of sending
   LinkCounters counters_;
 };
 

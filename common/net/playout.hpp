@@ -22,14 +22,16 @@ struct PlayoutSettings {
 /// Chooses the playout delay, and converts local time to the sender's time that is to be played.
 ///
 /// Model   When sample i with time stamp s_i arrives at a_i, all times from s_{i−1} to s_i become playable, because
-///         they can be interpolated. Of these times, s_{i−1} has waited longest: a_i − s_{i−1} − base, where base is
-///         the least a − s. The delay is the quantile of this waiting time over the window, with each gap weighted by
-///         its length. It covers jitter and gaps caused by losses. The effective window is 1 to 2 windows long, because
-///         it consists of two halves and the older half is discarded as a whole. The resolution is 0.5 ms.
+///         they can be interpolated. Of these times, s_{i−1} has waited longest: for a_i − s_{i−1} − base, where base
+///         is the least a − s.
+///         The delay is the quantile of this waiting time over the window, with each gap weighted by its length. So it
+///         covers jitter and gaps caused by losses.
+///         The window consists of two halves, of which the older one is discarded as a whole, so it is effectively 1 to
+///         2 windows long. The resolution is 0.5 ms.
 /// Settle  the delay changes in one step during the first half second, and after clock jumps of more than 200 ms
 /// Source  idea: Ramjee, Kurose, Towsley, Schulzrinne, "Adaptive playout mechanisms for packetized audio applications
 ///         in wide-area networks", INFOCOM 1994; the weighting by gaps and the slew are our design
-/// Thread  one thread; no allocation
+/// Thread  always the same thread; no allocation
 class PlayoutDelay {
  public:
   explicit PlayoutDelay(const PlayoutSettings& settings = {}) : settings_(settings) {}
@@ -76,7 +78,7 @@ class PlayoutDelay {
 ///         is extrapolated with its twist, which decreases to zero within kRunOut. Across a gap longer than kMaxGap
 ///         nothing is interpolated: the samples before it are discarded. So no time stamp can move a body farther than
 ///         its speed would within kMaxGap.
-/// Thread  one thread; no allocation
+/// Thread  always the same thread; no allocation
 class RigidTrack {
  public:
   static constexpr std::size_t kSamples = 128;

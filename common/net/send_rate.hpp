@@ -12,14 +12,17 @@ namespace tandem::net {
 /// Congestion control of one direction. The sender calls may_send() before each message, and delivered() with the delay
 /// of each delivered message.
 ///
-/// Model   If a link receives more than its capacity, messages queue. The least delay over a short time then exceeds
-///         the least delay over a long time; jitter of single messages does not have this effect. If a queue grew by q
-///         while messages were sent during a time t, the capacity of the link is 1 / (1 + q/t) of the messages' rate.
-///         When the queue exceeds kQueue, the sender reduces its rate to the floor rate until the queue is gone. It
-///         then resumes at kMargin of the capacity. If the queue changes by less than 2 kDrained within kWatch, the
-///         cause is a longer route instead of congestion, and the limit stays unchanged. Without a queue the rate
-///         begins to rise evenly after a waiting time of kPatience. This time doubles with each further congestion, up
-///         to kMaxPatience.
+/// Model   Queue: if a link receives more than its capacity, messages queue. The least delay over a short time then
+///         exceeds the least delay over a long time; jitter of single messages does not have this effect.
+///         Capacity: if a queue grew by the delay q while messages were sent during a time t, the capacity of the link
+///         is 1 / (1 + q/t) of the messages' rate.
+///         Rate:
+///         1. When the queue exceeds kQueue, the sender reduces its rate to the floor rate until the queue is gone. It
+///            then resumes at kMargin of the capacity.
+///         2. If the queue changes by less than 2 kDrained within kWatch, the cause is a longer route instead of
+///            congestion, and the limit stays unchanged.
+///         3. Without a queue, the rate begins to rise evenly after a waiting time of kPatience. This time doubles with
+///            each further congestion, up to kMaxPatience.
 ///         Delays are differences of two clocks, but only their changes are used, so the clocks need not be
 ///         synchronised.
 /// Limits  A queue below kQueue is not detected, nor are drops by a link with a short queue. A delay of another cause

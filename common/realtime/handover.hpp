@@ -1,11 +1,13 @@
 // Passes objects that own memory from a maker thread to a user thread, and lets the maker thread free the objects
 // later. The user thread neither allocates, locks, waits nor frees, and never holds a pointer to a freed object.
 //
-//   maker: offer(g, object) ──▶ slot g mod 2 ──▶ get()             user, in generation g
-//          frees the object of g − 2, once ◀─── enter(g − 1) ───── user
+// Each object has a number, its generation g, which increases by 1 with each object. Object g is stored in slot
+// g mod 2, so at most two objects exist: the one in use and the next one.
 //
-// Each object belongs to a generation, an increasing number. The user thread enters generations in order and never
-// accesses an object of an older generation, so the maker may free such objects.
+//   maker thread                                        user thread
+//   offer(g, object)  ──────────────────────────────▶   enter(g): from now on uses only object g, by get()
+//   offer(g + 1, …): returns false until enter(g)  ◀──
+//     was called, then frees object g − 1
 #pragma once
 
 #include <array>
@@ -21,9 +23,11 @@ namespace tandem::realtime {
 template <class T>
 class Handover {
  public:
-  /// Stores `object` as the only object of `generation` (> 0, increasing). Returns false and leaves `object` to the
-  /// caller while the user thread may still use the object of generation − 2. The caller must then try again later.
-  /// Thread  maker, which here frees the object of generation − 2
+  /// Stores `object` as the object of `generation`, and frees the object of generation − 2, which is in the same slot.
+  /// Returns false and leaves `object` to the caller if the user thread may still use that older object. The caller
+  /// must then try again later.
+  /// In      generation  above 0, and higher than at the previous call
+  /// Thread  maker thread
   bool offer(std::uint32_t generation, std::unique_ptr<T>& object) {
     const std::size_t slot = generation % kSlots;
     const std::uint32_t older = generations_[slot].load(std::memory_order_relaxed);
@@ -52,7 +56,7 @@ class Handover {
  private:
   static constexpr std::size_t kSlots = 2;
 
-  std::array<std::unique_ptr<T>, kSlots> objects_;  ///< accessed by the maker only
+  std::array<std::unique_ptr<T>, kSlots> objects_;  ///< the objects, by slot; accessed by the maker only
   /// Pointers to the objects, for the user thread. They are atomic, because the user may load a pointer while the maker
   /// replaces it.
   std::array<std::atomic<T*>, kSlots> shown_{};

@@ -23,13 +23,12 @@ bool has_processor_quota(const std::filesystem::path& root = "/");
 bool should_keep_awake();
 
 /// Starts a helper thread on the processor of the calling thread, at the lowest priority (SCHED_IDLE). The helper keeps
-/// the processor busy, and follows the calling thread within 10 ms to a different processor. To the host the processor
-/// appears fully used.
-/// All other threads preempt the helper, as if the processor were idle, with one exception. A kernel that shares
-/// processor time by group (cgroups, sessions) lets the helper take time from other threads. The helper therefore
-/// pauses for a second whenever other threads use more than half of the processor's time. It reads this from
-/// /proc/self/schedstat; without that file it never pauses. If several helpers of a process run on one processor, only
-/// one of them keeps it busy.
+/// the processor busy, so that to the host it appears fully used. It follows the calling thread within 10 ms to a
+/// different processor. If several helpers of a process run on one processor, only one of them keeps it busy.
+///
+/// All other threads preempt the helper. But a kernel that shares processor time by group (cgroups, sessions) lets the
+/// helper take time from threads of other groups. The helper therefore pauses for a second whenever other threads use
+/// more than half of the processor's time. It reads this from /proc/self/schedstat; without that file it never pauses.
 ///
 /// Out     handle of the helper, which ends some time after the last copy is destroyed or the calling thread ends;
 ///         empty if the helper cannot be started

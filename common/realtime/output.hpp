@@ -18,7 +18,7 @@ namespace tandem::realtime {
 /// Limits the number of lines of one kind per minute. Suppressed lines are counted and reported. A peer that triggers
 /// log lines therefore cannot fill the log.
 ///
-/// Thread  one at a time
+/// Thread  any, one at a time
 class LineLimit {
  public:
   static constexpr std::size_t kMaxLines = 60;

@@ -60,7 +60,7 @@ class PeriodicTimer {
   ///
   /// In      early  time before the deadline at which wait() may already return. If the deadline is no farther away,
   ///         wait() returns at once. Otherwise the sleep ends earlier by twice the recent wake-up delay, but at most by
-  ///         the larger of `early` and spin
+  ///         the larger of `early` and `spin`
   LocalTime wait(Duration early = Duration{0});
   /// Returns the deadline of the next wait(), if no deadline is missed until then.
   LocalTime due() const { return next_ + period_; }

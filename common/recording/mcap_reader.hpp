@@ -15,7 +15,7 @@ namespace tandem::recording {
 ///
 /// Limits  64 MiB for a record and for an uncompressed chunk, 1024 channels. Messages must be in chunks with a
 ///         checksum, uncompressed or compressed by zstd. Attachments are not supported
-/// Thread  one at a time
+/// Thread  any, one at a time
 class McapReader {
  public:
   /// State of reading. kNotYet: reading has not ended; kWhole: the end of a complete file was reached; kCut: the file
@@ -65,8 +65,8 @@ class McapReader {
   std::uint64_t position_ = 0;  ///< bytes read so far
   std::uint64_t record_at_ = 0;
   std::uint64_t messages_ = 0, chunks_ = 0;
-  bool follows_chunk_ = false;  ///< whether the previous record was a chunk or one of its MessageIndex records
-  bool is_in_summary_ = false;  ///< whether DataEnd, the last record before the summary, was read
+  bool follows_chunk_ = false;  ///< true: the previous record was a chunk or one of its MessageIndex records
+  bool is_in_summary_ = false;  ///< true: the record DataEnd, which precedes the summary, was read
   Op op_ = Op::kHeader;
   Bytes head_;  ///< type and length of the current record
   Bytes content_;

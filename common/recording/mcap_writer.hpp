@@ -17,7 +17,7 @@ namespace tandem::recording {
 
 /// Writes one or more files, one after the other.
 ///
-/// Thread  one at a time
+/// Thread  any, one at a time
 class McapWriter {
  public:
   /// In      library  name of the writing program, stored in the file

@@ -19,7 +19,7 @@ struct RotationSettings {
 /// Writes a recording in parts. The parts of "attic.mcap" are named "attic.mcap", "attic-002.mcap", …. Numbers of
 /// existing files are skipped, so that nothing is overwritten.
 ///
-/// Thread  one at a time; may block on the disk
+/// Thread  any, one at a time; may block on the disk
 class RecordingFile {
  public:
   /// Returns the first message of a part. It is written to channel 0, and makes each part readable without the other
@@ -43,11 +43,11 @@ class RecordingFile {
   void finish();
 
   const std::filesystem::path& path() const { return path_; }
-  // Thread  any
+  // Any thread may call the next three functions.
   std::uint64_t messages_written() const { return messages_written_.load(std::memory_order_relaxed); }
   std::uint64_t messages_lost() const { return messages_lost_.load(std::memory_order_relaxed); }
   std::uint64_t bytes_written() const { return bytes_written_.load(std::memory_order_relaxed); }
-  // Thread  one at a time, as for add() and flush()
+  // The next two functions: one thread at a time, also with add() and flush().
   std::uint32_t parts() const { return part_; }
   /// Returns a message for the user if the state has changed since the last call: writing has begun to fail, or has
   /// succeeded again for 5 s. Otherwise returns an empty text.

@@ -65,7 +65,7 @@ class TlsContext {
  private:
   TlsContext() = default;
   std::shared_ptr<ssl_ctx_st> context_;
-  std::shared_ptr<const Trust> trust_;  ///< for clients only; its address must not change, because OpenSSL stores it
+  std::shared_ptr<const Trust> trust_;  ///< null at a server; OpenSSL stores its address, so it must not move
 };
 
 /// TLS state of one connection. Input from a peer never causes an exception or an assertion failure.

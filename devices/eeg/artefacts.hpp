@@ -26,11 +26,11 @@ inline constexpr std::array<std::string_view, 6> kArtefactNames{"flat",       "c
 
 /// Thresholds of the artefact flags. The defaults were chosen for scalp EEG with amplitudes of 10 to 50 µV.
 struct ArtefactLimits {
-  double flat_uv = 1.0;          ///< kFlat below this peak-to-peak range, unfiltered
-  double amplitude_uv = 100.0;   ///< kAmplitude above this magnitude, filtered
-  double step_uv = 150.0;        ///< kStep above this difference of two successive samples, unfiltered
-  double line_share = 0.5;       ///< kLineNoise above this fraction of the power near 50 or 60 Hz, unfiltered
-  double clipped_share = 0.005;  ///< kClipped above this fraction of samples at an end of the converter's range
+  double flat_uv = 1.0;          ///< kFlat is set below this peak-to-peak range of the unfiltered signal
+  double amplitude_uv = 100.0;   ///< kAmplitude is set above this magnitude of the filtered signal
+  double step_uv = 150.0;        ///< kStep is set above this difference of two successive unfiltered samples
+  double line_share = 0.5;       ///< kLineNoise is set above this fraction of the unfiltered power near 50 or 60 Hz
+  double clipped_share = 0.005;  ///< kClipped is set above this fraction of samples at an end of the converter's range
 };
 
 /// Returns the artefact flags of one window of one channel, as bits of Artefact.

@@ -20,8 +20,10 @@ struct FilterSection {
 
 /// Butterworth band-pass filter, designed by the bilinear transform with both band edges prewarped.
 ///
-/// Model    |H(f)|² = 1 / (1 + ((Ω² − Ω₁Ω₂) / ((Ω₂ − Ω₁) Ω))^(2N)), Ω = tan(π f / rate), N = kPrototypeOrder;
-///          Ω₁ and Ω₂ are the values of Ω at the lower and upper band edge
+/// Model    |H(f)|² = 1 / (1 + ((Ω² − Ω₁Ω₂) / ((Ω₂ − Ω₁) Ω))^(2N))
+///          H(f)    response at the frequency f
+///          Ω       tan(π f / rate); Ω₁ and Ω₂ are its values at the lower and the upper band edge
+///          N       kPrototypeOrder
 /// Source   Oppenheim, Schafer, "Discrete-Time Signal Processing", 3rd ed., 2010, §7.2 and appendix B
 class BandPass {
  public:

@@ -19,8 +19,11 @@ inline constexpr std::array<std::string_view, kFeatureCount> kFeatureNames{"mean
 
 /// Returns six statistical features of a signal X of N samples.
 ///
-/// Model    μ = 1/N Σ X(n);  σ² = 1/(N−1) Σ (X(n) − μ)²;  δ = 1/(N−1) Σ |X(n+1) − X(n)|;
-///          γ = 1/(N−2) Σ |X(n+2) − X(n)|; for the normalised signal (X − μ)/σ, the last two are δ/σ and γ/σ
+/// Model    μ = 1/N Σ X(n)                         mean
+///          σ² = 1/(N−1) Σ (X(n) − μ)²             variance
+///          δ = 1/(N−1) Σ |X(n+1) − X(n)|          mean first difference
+///          γ = 1/(N−2) Σ |X(n+2) − X(n)|          mean second difference
+///          δ/σ, γ/σ                               δ and γ of the normalised signal (X − μ)/σ
 /// Source   Picard, Vyzas, Healey, "Toward machine emotional intelligence", IEEE Trans. PAMI 23(10), 2001, §3.1
 /// Out      μ, σ, δ, δ/σ, γ, γ/σ; for a constant signal the normalised ones are 0
 std::array<double, 6> picard_features(std::span<const double> x);
@@ -30,8 +33,10 @@ inline constexpr std::size_t kHiguchiMax = 10;
 
 /// Returns the fractal dimension of the graph of a signal, by Higuchi's method.
 ///
-/// Model    L_m(k) = (N − 1)/(k² M) Σ_{i=1}^{M} |x(m + ik) − x(m + (i−1)k)|, M = ⌊(N − m)/k⌋, m = 1 … k;
-///          L(k) is their mean; the dimension is the slope of ln L(k) against ln(1/k), k = 1 … k_max, by least squares
+/// Model    L_m(k) = (N − 1)/(k² M) Σ_{i=1}^{M} |x(m + ik) − x(m + (i−1)k)|, M = ⌊(N − m)/k⌋, m = 1 … k
+///          N       number of samples
+///          L_m(k)  length of the curve through every k-th sample, from sample m on; L(k) is the mean over m
+///          The dimension is the slope of ln L(k) against ln(1/k) for k = 1 … k_max, by least squares.
 /// Source   Higuchi, "Approach to an irregular time series on the basis of the fractal theory", Physica D 31, 1988
 /// In       x  at least 2 k_max samples
 /// Out      1 for a constant signal, whose graph is a line

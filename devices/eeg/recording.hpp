@@ -24,7 +24,7 @@ struct ConverterRange {
 struct StreamFormat {
   std::vector<std::string> channels;
   double rate_hz = 0;                  ///< sampling rate, equal for all channels
-  std::vector<ConverterRange> ranges;  ///< one for each channel; empty if the source does not state them
+  std::vector<ConverterRange> ranges;  ///< range of each channel; empty if the source does not state the ranges
 };
 
 /// A text that marks a time of a recording. Times are relative to the first sample.
@@ -37,7 +37,7 @@ struct Annotation {
 struct Recording {
   std::string origin;  ///< file name, for messages
   StreamFormat format;
-  std::vector<std::vector<double>> samples_uv;  ///< [channel][sample]
+  std::vector<std::vector<double>> samples_uv;  ///< samples, with the indices [channel][sample]
   std::vector<Annotation> annotations;
 
   std::size_t length() const { return samples_uv.empty() ? 0 : samples_uv.front().size(); }

@@ -29,8 +29,8 @@ struct FalconSettings {
   double motor_counts_per_n_m = 3000;  ///< see DeviceOptions
 };
 
-/// Detects frozen encoders: no count changes within 3 s at a force of 1 N or more. The tremor of a hand exceeds one
-/// count.
+/// Detects frozen encoders: no count changes within 3 s at a force of 1 N or more. This cannot happen with a hand at
+/// the device, whose tremor exceeds one count.
 class EncoderWatch {
  public:
   /// Restarts the time of 3 s. Called at the first reply of the device.
@@ -51,12 +51,16 @@ class EncoderWatch {
 /// Driver of one Falcon. Base frame D: x right, y away from the user, z up. The origin of D is 0.125 m in front of the
 /// origin of the device's frame.
 ///
-/// Model   Encoder angles give p_DH by forward kinematics, started from the last position. VelocityEstimator computes
-///         the velocity from steps of DeviceSpec::position_step_m. A force gives torques τ = J⁻ᵀ F and motor counts,
-///         which are scaled together to at most ±4095. The force is zero unless every arm is homed. After homing, the
-///         user must first pull the grip out to z = 0.170 m in the device's frame. Otherwise the force could push a
-///         hand that still presses the grip against the stop. If the encoders do not change for 3 s at a force of 1 N
-///         or more, they count as frozen, because the tremor of a hand would change them.
+/// Model   Pose: encoder angles give p_DH by forward kinematics, started from the last position. VelocityEstimator
+///         computes the velocity from steps of DeviceSpec::position_step_m.
+///         Force: it gives torques τ = J⁻ᵀ F and motor counts, which are scaled together to at most ±4095.
+///         The force is zero in four cases:
+///         1. An arm is not homed.
+///         2. The user has not pulled the grip out to z = 0.170 m in the device's frame since homing. A force could
+///            otherwise push a hand that still presses the grip against the stop.
+///         3. The encoders count as frozen: they have not changed for 3 s at a force of 1 N or more, although the
+///            tremor of a hand would change them.
+///         4. The forward kinematics has found no pose for the newest encoder angles.
 /// Thread  the thread of the device
 class FalconDriver final : public DeviceDriver {
  public:
@@ -103,7 +107,7 @@ class FalconDriver final : public DeviceDriver {
   DeviceSample last_;  ///< last sample with homed arms
   bool is_homed_ = false;
   bool has_homing_begun_ = false;
-  bool is_in_ = false;  ///< whether the grip has not been pulled out since homing; until then the device is not ready
+  bool is_in_ = false;  ///< true: the user has not pulled the grip out since homing, so the device is not ready
   LocalTime homing_since_{};
   Vec3 p_m_ = Vec3(0, 0, 0.125);  ///< position of the grip in the device's frame [m]
   bool has_pose_ = false;

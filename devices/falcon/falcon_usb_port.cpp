@@ -117,7 +117,7 @@ class FalconUsbPort final : public FalconPort {
 
   Usb usb_;
   libusb_device_handle* handle_;
-  Watchdog* watchdog_;  ///< null: no watchdog
+  Watchdog* watchdog_;  ///< watchdog of the device; null if there is none
   std::array<Transfer, 2> in_;
   Transfer out_;
   std::vector<std::uint8_t> received_;

@@ -257,7 +257,8 @@ void Inverse3Driver::send(const Wrench& wrench_on_hand_D) {
   });
 }
 
-/// On a connection with a watchdog, zero counts as delivered once the watchdog has written it.
+/// Returns whether the device may still apply a force. On a connection with a watchdog, it returns false once the
+/// watchdog has written zero.
 bool Inverse3Driver::may_be_on() const noexcept {
   const bool is_zero_out = watchdog_ && !watched_id_.empty() && shown_n_.isZero(0) && watchdog_->is_written();
   return may_be_on_ && !is_zero_out;

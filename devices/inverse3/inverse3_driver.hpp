@@ -3,9 +3,11 @@
 // The service answers each command with the next state, and sends no state without a command. So the driver sends one
 // command per state, with zero force if there is none to display.
 //
-// It is unknown whether the service continues to apply the last force when this program is stopped or ends. A watchdog
-// therefore shares the connection and writes zero to it. From the first command on only the watchdog writes. A program
-// that is killed or stopped could otherwise leave a partial WebSocket frame, which would corrupt the stream.
+// A watchdog (devices/watchdog.hpp), which is a separate process, writes zero force when this program is stopped or
+// ends. It is needed because the service may continue to apply the last force; its documentation does not say. Program
+// and watchdog share one connection. From the first command on, the program passes all its frames to the watchdog, and
+// only the watchdog writes to the connection. If both wrote, a program that is killed or stopped during a write could
+// leave a partial WebSocket frame, and the service could not read the zero that follows.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -63,9 +65,9 @@ class Inverse3Driver final : public DeviceDriver {
   LocalTime now_{};  ///< time of the current step()
   LocalTime last_received_{};
   Vec3 shown_n_ = Vec3::Zero();  ///< last force sent [N]
-  bool may_be_on_ = false;       ///< whether a force was sent after the last complete sending of zero
-  bool is_new_ = false;          ///< whether the newest state has not been answered by a command
-  bool is_taken_ = false;        ///< whether the newest state has not been returned in a sample
+  bool may_be_on_ = false;       ///< true: a force was sent, and no zero was sent completely since then
+  bool is_new_ = false;          ///< true: no command has been sent since the newest state
+  bool is_taken_ = false;        ///< true: the newest state was not yet returned in a sample
   std::optional<Inverse3State> state_;
   std::optional<Vec3> origin_m_;
   DeviceSample last_;

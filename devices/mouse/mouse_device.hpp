@@ -13,9 +13,10 @@ namespace tandem::devices {
 /// A simulated hand that follows a pointer. The pointer moves in jumps, 60 times a second, so the intended pose is
 /// smoothed. The force acts on a simulated hand with mass, damping and a spring to the intended pose.
 ///
-/// Model   ẍ = ω² (target − x) − 2 ω ẋ with speed at most kMaxSpeed_m_per_s, and the corresponding equation for
-///         rotation. x is the intended pose of HandDynamics. ω and the bounds are our choice: the response takes less
-///         than 0.1 s and stays below the limits of a device
+/// Model   ẍ = ω² (target − x) − 2 ω ẋ, and the corresponding equation for rotation
+///         x  intended pose of HandDynamics; its speed is at most kMaxSpeed_m_per_s
+///         ω  kSmoothing_rad_per_s
+///         ω and the limits are our choice: the response takes less than 0.1 s and stays below the limits of a device.
 /// Thread  haptic
 class MouseDevice final : public Device {
  public:

@@ -4,7 +4,8 @@
 
 namespace tandem::devices {
 
-// No workspace limits are set. For some models, the position of the workspace relative to the SDK's origin is unknown.
+// No workspace limits are set, because for some models the position of the workspace relative to the SDK's origin is
+// unknown.
 DeviceKind openhaptics_device() {
   return {"openhaptics", "Touch or Phantom by its maker's OpenHaptics, untested on hardware; --library, --profile",
           "touch",

@@ -13,7 +13,7 @@ namespace tandem::devices {
 /// The HD functions in use. Units: millimetres, newtons. Axes: x right, y up, z towards the user.
 struct HdFunctions {
   struct Error {
-    unsigned code = 0;  ///< 0: no error
+    unsigned code = 0;  ///< error code of the SDK; 0: no error
     int internal_code = 0;
     unsigned device = 0;
   };

@@ -143,8 +143,11 @@ Vec3 SimDevice::stop_force() const noexcept {
   return kStop_n_per_m * (p.cwiseMin(half).cwiseMax(-half) - p);
 }
 
-// The tremor is white noise w filtered by a resonator: ẍ + 2ζω ẋ + ω² x = w. With ⟨w w'⟩ = S δ the variance of x is S /
-// (4ζω³).
+// The tremor x is white noise w filtered by a resonator, ẍ + 2ζω ẋ + ω² x = w, with
+// - ω the angular frequency of the tremor,
+// - ζ the damping ratio,
+// - S the spectral density of w: ⟨w w'⟩ = S δ.
+// The variance of x is then S / (4ζω³).
 Vec3 SimDevice::tremor_force(double dt_s) noexcept {
   if (hand_.tremor_rms_n <= 0) return Vec3::Zero();
   const double omega = 2 * std::numbers::pi * hand_.tremor_hz;

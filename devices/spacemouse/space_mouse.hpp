@@ -18,10 +18,11 @@ enum class CapControl : std::uint8_t {
 
 /// Driver of a SpaceMouse.
 ///
-/// Model   Reports arrive at 62 to 125 Hz. Their deflection u is filtered by a critically damped filter, ẍ = ω² (u − x)
-///         − 2ω ẋ with ω = 60 rad/s, once per millisecond and exactly for constant u. So the velocity of the handle has
-///         no steps. A deflected cap sends reports continuously; a released cap stops sending. If no report arrives for
-///         150 ms, the report of the release was lost, and the deflection is set to zero.
+/// Model   Reports arrive at 62 to 125 Hz. Their deflection u is filtered, so that the velocity of the handle has no
+///         steps: ẍ = ω² (u − x) − 2ω ẋ. This filter with output x is critically damped, ω = 60 rad/s. It is computed
+///         once per millisecond, exactly for constant u.
+///         A deflected cap sends reports continuously, and a released cap stops sending. If no report arrives for 150
+///         ms, the report of the release was lost, and the deflection is set to zero.
 /// Thread  the thread of the device
 class SpaceMouseDriver final : public DeviceDriver {
  public:

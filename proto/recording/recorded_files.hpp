@@ -13,7 +13,7 @@ namespace tandem::proto {
 /// Result of reading a recording.
 struct RecordingEnd {
   std::vector<std::filesystem::path> files;  ///< files that were read, in order
-  bool is_whole = true;                      ///< whether each file ends with its end record
+  bool is_whole = true;                      ///< true: each file ends with its end record
   /// Whether written messages are missing: a file is damaged or truncated within a record, or a part is missing. A file
   /// of a stopped program is incomplete but does not count as damaged.
   bool is_damaged = false;

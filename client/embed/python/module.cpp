@@ -137,7 +137,7 @@ class Client {
       return false;
     }
   }
-  // The object of tandem.hpp is kept, so that a call after the close gives an error of the library.
+  // `client_` is not destroyed, so that a later call fails with an error of the library (bad handle).
   void close() { tandem_client_close(client_->handle()); }
   tandem::Client& open() { return *client_; }
 

@@ -7,9 +7,11 @@ namespace tandem::client {
 
 /// Makes a displayed wrench continuous across jumps of its target.
 ///
-/// Model   displayed = target + o with the offset o, where ö = −2ω ȯ − ω² o (critically damped, solved exactly for any
-///         period). jump() adds (previously displayed − target) to o and keeps ȯ. So the displayed wrench and its slope
-///         are continuous when the target jumps.
+/// Model   displayed = target + o
+///         o  offset, with ö = −2ω ȯ − ω² o: critically damped, solved exactly for any period
+///         ω  rate of the blend (kRate)
+///         jump() adds (previously displayed − target) to o and keeps ȯ. So the displayed wrench and its slope are
+///         continuous when the target jumps.
 ///         If the target itself moves in the direction of o (a relocated tool springs back to its handle), o is reduced
 ///         by the same amount. When a jump is reversed, this prevents a force in the opposite direction.
 ///         Bounds: after a jump Δ from rest, o falls monotonically, by at most |Δ| ω T / e in a period T. This is 3 %

@@ -28,15 +28,16 @@ LocalModelInput model_input(const StageInput& input) {
 
 /// Predictor of the residual (server wrench minus local wrench), weighted by the accuracy of its recent predictions.
 ///
-/// Model   r̂(t) = g r̄(t). r̄ is the newest known residual after a low-pass filter, whose time constant (the lag of
-///         r̄) is kTime_s plus the loop delay. The gain g is the regression coefficient of the residual on r̄ one loop
-///         delay earlier, over kMemory_s. It is computed separately for force and torque, regularised towards 0
-///         (kForceWorth, kTorqueWorth), and limited to 0 … kMaxShare. So persistent errors (a wrong mass, a soft body)
-///         are compensated, and unpredictable errors are not displayed.
-///         If another user is present but has no hand on the same body, g is multiplied by a factor that depends on the
-///         duration of the residual. Without this factor, a single unpredicted motion of that user's hand would count
-///         as a persistent error until it stops. The duration D = (Σ r²)² / Σ r⁴ is computed over kLastingMemory_s. The
-///         factor rises from 0 to 1 as D rises from kFirst to kAll times the lag of r̄.
+/// Model   r̂(t) = g r̄(t)
+///         r   residual; the newest known one is one loop delay old
+///         r̄   r after a low-pass filter, whose time constant ("lag of r̄") is kTime_s plus the loop delay
+///         g   gain 0 … kMaxShare, separate for force and torque: regression coefficient of r on the r̄ of one loop
+///             delay earlier, over kMemory_s, regularised towards 0 (kForceWorth, kTorqueWorth). So persistent errors
+///             (a wrong mass, a soft body) are compensated, and unpredictable errors are not displayed
+///         D   duration of the residual: (Σ r²)² / Σ r⁴ over kLastingMemory_s
+///         If another user is present but has no hand on the same body, g is multiplied by a factor. It rises from 0 to 1
+///         as D rises from kFirst to kAll times the lag of r̄. Without this factor, a single unpredicted motion of that
+///         user's hand would count as a persistent error until it stops.
 /// Source  direct autoregression of order one over the loop; D is a participation ratio; the constants are our choice
 class ScoredResidual {
  public:

@@ -8,11 +8,12 @@ namespace tandem::client {
 
 /// "local-model": the hand touches the client's local model (client/model). A prediction of the residual force (server
 /// minus local model) may be added.
-/// Model   wrench = wrench of the local model + r̂. The residual r is the server's wrench minus the model's wrench for
-///         the same input. The predictor extrapolates r over its age to r̂, which represents other users' hands and
-///         errors of the model. r̂ is limited to a third of the coupling's limits. Without the limit, a contact that
-///         the server only reports late would be displayed twice. With the predictor "none" r̂ is zero, and other
-///         users' hands stay at their last received poses.
+/// Model   wrench = wrench of the local model + r̂
+///         r: residual, the server's wrench minus the model's wrench for the same input
+///         r̂: prediction of r for the current time. It represents other users' hands and errors of the model, and is
+///         limited to a third of the coupling's limits. Without the limit, a contact that the server reports late would
+///         be displayed twice. With the predictor "none" r̂ is zero, and other users' hands stay at their last received
+///         poses.
 ///         Without a local model (for example while its assets are fetched), the output is that of "late-pose".
 /// Limits  r̂ closes a loop over the network, as "hold" does; the gain of this loop is the relative error of the model
 std::unique_ptr<Stage> make_local_model_stage(const StageSettings& settings);

@@ -53,7 +53,8 @@ struct StageInput {
   const haptics::CouplingParameters* parameters = nullptr;  ///< coefficients bounded for the device; never null
   const HapticScene* scene = nullptr;                       ///< current scene, with the coupling bounds of this device
   LocalModel* local_model = nullptr;                        ///< null if the current scene has no local model
-  ProxyWorld* proxy_world = nullptr;                        ///< ball and obstacles; null if the current scene has none
+  /// ball of stage "god-object" and its obstacles; null if there are none
+  ProxyWorld* proxy_world = nullptr;
   BodyId watched;  ///< body whose state is to be reported in StageOutput::watched_body
 };
 
@@ -62,13 +63,13 @@ struct StageOutput {
   Wrench wrench_on_hand_W;  ///< wrench on the hand, about the handle's origin
   /// Kind of the data that is sent to the server in addition to the handle.
   proto::ClientMode mode = proto::ClientMode::kHandle;
-  RigidState tool;         ///< tool of the local model, or the ball, if the stage has one; not sent
+  RigidState tool;         ///< tool of the local model, or ball of stage "god-object"; not sent
   Wrench wave;             ///< running integral of the wave for kWave (common/haptics/wave/wave_port.hpp)
   Duration round_trip{0};  ///< round trip from an input to its answer, as measured by the stage; 0 if not known
   /// The remaining values do not determine the wrench. is_local and energy_from_local_j are inputs of the passivity
   /// controller; the others are for traces and metrics.
-  bool is_local = false;          ///< true: the wrench comes from a local model or ball, whose state is `tool`
-  Wrench local_wrench_on_hand_W;  ///< wrench of the local model or ball, without the predicted residual
+  bool is_local = false;          ///< true: the wrench comes from the local model or the ball, whose state is `tool`
+  Wrench local_wrench_on_hand_W;  ///< wrench of the local model or of the ball, without the predicted residual
   bool is_predicting = false;     ///< true: the wrench contains a predicted part
   bool has_watched_body = false;
   RigidState watched_body;  ///< state of the watched body in the local model

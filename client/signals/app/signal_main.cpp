@@ -107,7 +107,8 @@ class LineReader {
   }
 
  private:
-  /// Waits for input. Of a line that is too long, the rest is discarded.
+  /// Waits for input and appends it to `pending_`. The rest of a line that is too long is discarded. Returns false if
+  /// the program must end.
   bool fill() {
     pollfd wait{descriptor_, POLLIN, 0};
     while (continues(connection_) && ::poll(&wait, 1, static_cast<int>(kSlice.count())) <= 0) {

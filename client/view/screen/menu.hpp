@@ -32,7 +32,7 @@ struct MenuState {
 };
 
 /// Draws the menu, and the invitations of a hosted session, in the current ImGui context. Returns the chosen action.
-/// Thread  the window's
+/// Thread  the one that runs the window
 MenuAction draw_menu(const MenuContent& content, MenuState& state);
 
 /// Height of the menu, in ImGui's pixels.

@@ -60,8 +60,9 @@ bool is_software(const std::string& driver) {
   return driver.find("llvmpipe") != std::string::npos || driver.find("softpipe") != std::string::npos;
 }
 
-/// The quality is a property of the context, and only a context names the driver. Therefore the first window has one
-/// sample per pixel; if four samples are affordable, the window is opened again.
+/// Opens the window and selects its render quality. The number of samples per pixel is fixed when a window is opened,
+/// but the driver is known only afterwards. So the window is first opened with one sample. If the driver is not a
+/// software renderer, it is closed and opened again with four samples.
 std::pair<GLFWwindow*, RenderQuality> open_window(const ScreenSettings& settings) {
   if (glfwInit() == GLFW_FALSE) {
     throw std::runtime_error("no window can be opened: no display (" + glfw_problem() + "); add --headless");
@@ -72,13 +73,13 @@ std::pair<GLFWwindow*, RenderQuality> open_window(const ScreenSettings& settings
     glfwDestroyWindow(window);
     window = open_hidden(settings, 4);
   }
-  // Frames are paced by FramePacer: a hidden window must not wait for the screen.
+  // Vertical synchronisation is off, because it would block while the window is hidden. FramePacer limits the rate.
   glfwSwapInterval(0);
   glfwShowWindow(window);
   return {window, is_fast ? RenderQuality::kFast : RenderQuality::kFull};
 }
 
-/// Paces the frames: at most one each period, and on a processor without a graphics card with a pause after each.
+/// Limits the frame rate to one frame in each period. Without a graphics card, adds a pause after each frame.
 class FramePacer {
  public:
   explicit FramePacer(RenderQuality quality) : is_fast_(quality == RenderQuality::kFast) {}

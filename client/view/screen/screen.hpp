@@ -18,7 +18,7 @@ struct ScreenSettings {
   std::string title = "tandem";
   int width = 1280;
   int height = 800;
-  bool is_for_picture = false;  ///< every frame has the full quality, also without a graphics card
+  bool is_for_picture = false;  ///< true: every frame has the full quality, even without a graphics card
 };
 
 /// A window. To draw a frame, call begin_frame(), then functions of Dear ImGui and OpenGL, then end_frame().

@@ -28,7 +28,7 @@ struct StartForm {
 
 /// Draws the start screen in the current ImGui context, and passes the user's choice to the flow.
 /// In      pictures  null: cards without pictures
-/// Thread  the window's
+/// Thread  the one that runs the window
 void draw_start(StartFlow& flow, StartForm& form, ScenePictures* pictures);
 
 /// The start screen in a window.

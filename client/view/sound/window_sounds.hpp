@@ -8,7 +8,9 @@
 
 namespace tandem::client {
 
-/// Thread  the window's
+/// Plays short sounds for the events of a session, which it finds in the ticks and frames.
+///
+/// Thread  the one that runs the window
 class WindowSounds {
  public:
   explicit WindowSounds(std::unique_ptr<SoundSink> sink) : player_(std::move(sink)) {}

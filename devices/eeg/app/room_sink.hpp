@@ -16,7 +16,7 @@ class RoomSink final : public SignalSink {
   /// Fails   std::runtime_error: the session has ended, so that no more values can be sent
   void send(const SignalReport& report) override;
   /// Waits until the room has confirmed the last value, and leaves the room.
-  /// Fails   std::runtime_error: it has not within a second
+  /// Fails   std::runtime_error: the room has not confirmed the value within a second
   void finish();
 
  private:

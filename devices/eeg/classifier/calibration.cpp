@@ -47,8 +47,8 @@ void check_format(const Calibration& calibration, const Recording& recording) {
                                 "; sessions of one person must have one rate");
 }
 
-/// Refuses a session with the same samples as an earlier one. The hash of all samples detects the copy even if its
-/// blocks have other limits.
+/// Refuses a session whose samples are a copy of an earlier session. The hashes of all samples are compared, so a copy
+/// is found even if its blocks begin and end at different times.
 void check_copy(const Calibration& calibration, const Recording& recording, const std::string& fingerprint) {
   const auto known = std::ranges::find(calibration.session_fingerprints, fingerprint);
   if (known == calibration.session_fingerprints.end()) return;

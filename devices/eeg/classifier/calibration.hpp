@@ -55,7 +55,7 @@ struct Calibration {
   std::vector<std::string> sessions;              ///< file name of each recording
   std::vector<std::string> session_fingerprints;  ///< hash of all samples of each session
   std::vector<CalibrationBlock> blocks;
-  std::vector<LabelledWindow> windows;   ///< only those without artefacts
+  std::vector<LabelledWindow> windows;   ///< labelled windows without artefacts
   std::vector<ArtefactCount> artefacts;  ///< counts for each session
   std::size_t too_short_blocks = 0;      ///< number of blocks that are unused because they are shorter than a window
 };

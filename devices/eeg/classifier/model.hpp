@@ -18,7 +18,7 @@ struct Valence {
   double confidence = 0.5;  ///< probability of the more probable state, 0.5 to 1
 };
 
-/// A trained classifier, with the data format and the settings of its training. They must be the same when it is used.
+/// A trained classifier, with the data format and the settings of its training. Later data must have the same ones.
 ///
 /// Model    f = Σ w (x − μ) s + b over the features x, with mean μ, scale s and weight w of each;
 ///          p(positive) = 1/(1 + exp(−(slope f + offset)))
@@ -28,11 +28,11 @@ struct Model {
   StreamFormat format;  ///< channels and rate
   WindowSettings settings;
   Labels labels;
-  std::vector<double> mean, scale, weights;  ///< one value for each feature: kFeatureCount for each channel
+  std::vector<double> mean, scale, weights;  ///< one value for each feature; each channel has kFeatureCount features
   double bias = 0;
   double slope = 1, offset = 0;
-  /// Hashes of the training data, so that a test with the same data is refused. Blocks and whole recordings are both
-  /// listed, because the same recording can be cut into blocks with other limits.
+  /// Hashes of the training data, so that a test with the same data is refused. Both the blocks and the whole
+  /// recordings are listed, because a copy of a recording may be cut into blocks that begin and end at different times.
   std::vector<std::string> trained_blocks, trained_sessions;
 
   double decision(std::span<const double> features) const;

@@ -16,8 +16,8 @@ namespace tandem::eeg {
 struct SignalReport {
   std::string name;
   LocalTime time{};             ///< time of the report
-  std::optional<double> value;  ///< -1 to 1; empty until the first window without artefacts
-  double confidence = 0;        ///< 0.5 to 1; 0 if there is no value
+  std::optional<double> value;  ///< value from -1 to 1; empty until the first window without artefacts
+  double confidence = 0;        ///< confidence in the value, 0.5 to 1; 0 if there is no value
   Duration age{};               ///< time since the last sample that the value depends on
   std::string artefacts;        ///< artefacts of the newest window, for example "F7 flat, O1 step"
 };

@@ -23,7 +23,7 @@ struct CortexMessage {
   boost::json::value result;
   std::optional<CortexProblem> error;
   std::optional<CortexProblem> warning;
-  std::optional<boost::json::array> eeg;  ///< one sample
+  std::optional<boost::json::array> eeg;  ///< one sample of all channels
 };
 
 /// Parses a message. Returns nothing if the text is not a JSON object.
