@@ -131,7 +131,8 @@ class PanelBench {
     wire::GameState state;
     state.set_level(level);
     io_.game = std::make_shared<const GameReport>(GameReport{state, {}});
-    const PanelContent content{.io = &io_};
+    PanelContent content;
+    content.io = &io_;
     for (int frame = 0; frame < 4; ++frame) {
       ImGui::GetIO().DeltaTime = 1.0F / 60;
       ImGui::NewFrame();
@@ -141,13 +142,13 @@ class PanelBench {
     return ImGui::GetDrawData()->TotalVtxCount;
   }
   void click(std::uint32_t level, float x, float y) {
-    ImGui::GetIO().AddMousePosEvent(x, y);
+    ImGui::GetIO().MousePos = ImVec2(x, y);
     draw(level);
     for (const bool is_down : {true, false}) {
-      ImGui::GetIO().AddMouseButtonEvent(0, is_down);
+      ImGui::GetIO().MouseDown[0] = is_down;
       draw(level);
     }
-    ImGui::GetIO().AddMousePosEvent(799, 599);
+    ImGui::GetIO().MousePos = ImVec2(799, 599);
     draw(level);
   }
 
