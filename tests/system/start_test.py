@@ -298,10 +298,11 @@ class Guided(StartTest):
 
     def test_a_missing_server_is_an_error_unless_it_is_awaited(self):
         alone = shutil.copy(program("tandem-client"), self.folder)
+        profiles = os.path.join(SOURCE, "devices", "profiles.json")
         counts = []
         for options in (["--await-server"], []):
             client = subprocess.Popen([alone, "--window-size", f"{self.width}x{self.height}", "--guide", *options],
-                                      env=self.display.environment() | {"USER": "anna"})
+                                      env=self.display.environment() | {"USER": "anna", "TANDEM_DEVICE_PROFILES": profiles})
             self.addCleanup(client.wait)
             self.addCleanup(client.kill)
             self.wait_for_title("^tandem: start$")

@@ -40,7 +40,7 @@ void MoleculeMouse::follow(const MoleculeFrame& frame) {
 }
 
 void MoleculeMouse::click(const MoleculeFrame& frame) {
-  // In a slow frame both presses may be received before the first release.
+  // In a slow frame both presses may be received before the releases.
   const bool is_of_double_click = doubled_at_ && frame.now - *doubled_at_ < kDoubleClick;
   if (std::exchange(ignores_click_, false) || is_of_double_click || !under_mouse_) return;
   before_click_ = selection_;

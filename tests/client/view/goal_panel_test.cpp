@@ -131,7 +131,8 @@ class PanelBench {
     wire::GameState state;
     state.set_level(level);
     io_.game = std::make_shared<const GameReport>(GameReport{state, {}});
-    const PanelContent content{.io = &io_};
+    PanelContent content;
+    content.io = &io_;
     for (int frame = 0; frame < 4; ++frame) {
       ImGui::GetIO().DeltaTime = 1.0F / 60;
       ImGui::NewFrame();
