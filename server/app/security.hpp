@@ -44,6 +44,7 @@ std::filesystem::path ledger_file(const std::filesystem::path& state);
 std::shared_ptr<void> lock_state(const std::filesystem::path& state);
 
 std::shared_ptr<const secure::TlsContext> tls_of(const ServerKeys& keys);
+/// Converts the keys and the options of the command line to rules of admission.
 /// Fails   std::invalid_argument: one of the issuers is not a valid key
 AdmissionSettings admission_of(const ServerKeys& keys, const SecurityOptions& options);
 

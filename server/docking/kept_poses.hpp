@@ -17,7 +17,7 @@ inline constexpr std::size_t kMaxKeptPosesOfUser = 50;
 ///
 /// Model   Several servers may share a folder. The first change takes a lock, which is held until destruction. From
 ///         then on, no other server can change the files
-/// Thread  one at a time
+/// Thread  any, one at a time
 class KeptPoses {
  public:
   /// Reads the list of the room's folder.

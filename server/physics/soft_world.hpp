@@ -44,7 +44,7 @@ struct SoftWorldSettings {
   std::function<void()> before_step;
 };
 
-/// Returns the number of room steps in a soft step, at least 1.
+/// Returns the number of room steps in a soft period, at least 1.
 int soft_period_steps(double room_rate_hz, double rate_hz);
 
 /// Soft bodies in motion, as a deterministic simulation.

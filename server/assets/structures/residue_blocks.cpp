@@ -1,4 +1,4 @@
-// See residue_blocks.hpp. A block is the force field's entry for a residue.
+// See residue_blocks.hpp. A block is the force field's entry for a residue. An edit changes a block at a chain end.
 #include "server/assets/structures/residue_blocks.hpp"
 
 #include <algorithm>
@@ -140,8 +140,8 @@ void swap_names(Names& names, std::string_view a, std::string_view b) {
   }
 }
 
-/// Returns the block of an acid. In the protonated block the hydrogen is on the second oxygen. If the file has it on
-/// the first oxygen, the names of the two oxygens are swapped.
+/// Returns the block of a residue with a carboxyl group: `charged` or `neutral`. In the neutral block the hydrogen is
+/// on the second oxygen of the group. If the file has it on the first oxygen, the names of the two oxygens are swapped.
 std::string_view acid_block(NamedAtoms& named, char position, std::string_view charged, std::string_view neutral) {
   const std::string first = std::string("O") + position + "1", second = std::string("O") + position + "2";
   if (named.hydrogens_on(second) > 0) return neutral;

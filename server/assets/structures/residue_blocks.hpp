@@ -64,8 +64,8 @@ NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue,
 /// this case the chain was cut out of a longer chain.
 bool begins_cut(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Chooses the block by the residue's name and the hydrogens on its atoms. If the hydrogen of an acid is on the first
-/// oxygen, swaps the names of its oxygens in `named`.
+/// Chooses the block by the residue's name and the hydrogens on its atoms. If the hydrogen of a carboxyl group is on
+/// the first oxygen, swaps the names of the group's oxygens in `named`.
 const ResidueBlock& choose_block(const ForceField& force_field, std::string_view residue_name,
                                  const ResidueContext& context, NamedAtoms& named);
 

@@ -143,8 +143,8 @@ void ResidueCollector::choose_alternates() {
   }
 }
 
-/// Chooses one alternate location for a run of residues that must agree. A residue without that location gets the best
-/// of its own.
+/// Chooses one alternate location for consecutive residues whose chain bonds have alternate locations, because their
+/// choices must agree. A residue that lacks the chosen location gets the best of its own locations.
 void ResidueCollector::choose_alternate(std::size_t begin, std::size_t end) {
   Alternates all;
   std::map<std::size_t, Alternates> of_place;

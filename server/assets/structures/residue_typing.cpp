@@ -167,7 +167,7 @@ class Matcher {
   const NamedAtoms& named_;
   AtomPlaces own_;
   std::vector<std::string> carrier_;               ///< heavy atom of each block atom; empty if no rule adds the atom
-  std::vector<std::optional<Vec3>> places_;        ///< indexed by block atom
+  std::vector<std::optional<Vec3>> places_;        ///< positions by the hydrogen rules, indexed by block atom
   std::vector<bool> used_;                         ///< indexed by block atom
   std::vector<std::optional<std::size_t>> match_;  ///< indexed by file atom
 };
