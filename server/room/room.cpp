@@ -210,7 +210,7 @@ void Room::apply_commands() noexcept {
   for (RoomWatcher* const watcher : watchers_) watcher->on_commands_done();
 }
 
-/// Returns whether a coupling was set for an earlier level of the game than the present one.
+/// Returns whether a command sets a coupling that belongs to an earlier level of the game.
 bool Room::is_outdated(const RoomCommand& command) const noexcept {
   return command.kind == RoomCommand::Kind::kSetCoupling && command.entries != 0 && game_ &&
          command.entries != game_->status().entries;

@@ -61,7 +61,7 @@ struct RoomCommand {
   std::uint32_t request = 0;                      ///< kGrab, kRelease: request number, copied into the event
   haptics::CouplingParameters coupling = {};      ///< kSetCoupling: new coefficients
   const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: the law is unchanged
-  std::uint32_t entries = 0;                      ///< kSetCoupling: GameStatus::entries of its level; 0: any
+  std::uint32_t entries = 0;                      ///< kSetCoupling: level of the coupling (GameStatus::entries); 0: any
   BodyId beside = {};                             ///< kPlace: reference body
   Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
   std::uint8_t level = 0;                         ///< kStartLevel: index of the level in the scene's game

@@ -63,7 +63,7 @@ class RoomSeats {
   bool reset(const Seat& seat, LocalTime now);
   /// Records the coupling of a new level of the game. The room itself has already applied it, and discards couplings that
   /// were set for an earlier level.
-  /// In      entries  GameStatus::entries of the level
+  /// In      entries  count of entered levels (GameStatus::entries), which identifies the level
   void follow_level(const physics::SceneCoupling& coupling, std::uint32_t entries);
   /// Posts a command for the game of the room. Returns false if the room's queue is full.
   bool play(const Seat& seat, RoomCommand command) { return place(seat, command); }
@@ -98,7 +98,7 @@ class RoomSeats {
   std::array<BodyId, proto::kMaxUsers> held_{};              ///< body held by the seat's tool, indexed by seat
   std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< number of grabs and releases since the user joined
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
-  std::uint32_t entries_ = 0;  ///< GameStatus::entries for which couplings are set; 0: levels do not set them
+  std::uint32_t entries_ = 0;  ///< level to which new couplings belong, as GameStatus::entries; 0: no level sets them
   std::uint32_t last_user_ = 0;
   std::size_t sources_ = 0;  ///< number of sources of signals
   net::TokenBucket resets_{kResetRate};
