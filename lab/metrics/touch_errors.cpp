@@ -11,7 +11,7 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kGhostForce_n = 0.2;  ///< lower limit of a ghost force: a force without a force in the reference
+constexpr double kGhostForce_n = 0.2;  ///< a larger force is a ghost force if the reference displays none (kNoForce_n)
 constexpr double kNoForce_n = 0.05;    ///< the reference at zero delay touches nothing if its force is below this value
 constexpr double kMinPeakForce_n = 0.5;
 constexpr double kMinPeakTorque_n_m = 0.01;  ///< torque of kMinPeakForce_n at a lever of 2 cm

@@ -18,8 +18,8 @@ inline constexpr double kMaxSession_s = 4 * 3600.0;
 
 /// Positions and speeds at kMotionRate_hz. Sample i was measured at the time i / kMotionRate_hz [s].
 struct HandMotion {
-  std::vector<Vec3> p_W;              ///< [m]; NaN where the hand was not measured
-  std::vector<double> speed_m_per_s;  ///< NaN where the hand was not measured
+  std::vector<Vec3> p_W;              ///< position of the hand [m]; NaN where it was not measured
+  std::vector<double> speed_m_per_s;  ///< speed of the hand; NaN where it was not measured
 
   double duration_s() const { return static_cast<double>(p_W.size()) / kMotionRate_hz; }
 };

@@ -62,6 +62,7 @@ struct Invited {
 /// Parses the value of --valid, a time with its unit such as "15min". The limit is 30 days.
 /// Fails   std::invalid_argument: not a time, or too long; the message names value, limit and remedy
 Duration valid_for(const std::string& text);
+/// Issues a join token for the rights in `invited`, valid for the server with the key id `audience`.
 /// Fails   std::invalid_argument: a value is out of the range in proto/join_token.hpp
 proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, const secure::KeyPair& issuer);
 

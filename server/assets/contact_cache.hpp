@@ -22,6 +22,7 @@ std::filesystem::path kept_contact_file(const std::filesystem::path& folder, con
 /// parses and checks them later.
 std::vector<std::uint8_t> read_kept_contact(const std::filesystem::path& file, const proto::Sha256& key);
 
+/// Writes an asset to the cache.
 /// Out     error code of the write; zero if it succeeded
 std::error_code keep_contact(const std::filesystem::path& file, const proto::Sha256& key,
                              std::span<const std::uint8_t> bytes);

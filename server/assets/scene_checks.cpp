@@ -118,6 +118,7 @@ void check(const wire::Shape& shape, const SceneField& field) {
   }
 }
 
+/// Checks the shapes of a body or a tool, and their number.
 /// In      field  field of the object that owns the shapes
 void check(const Shapes& shapes, const SceneField& field) {
   if (shapes.empty()) field.in("shapes").refuse("is empty; at least one shape is needed");

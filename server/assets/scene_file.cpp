@@ -68,6 +68,7 @@ wire::Scene parse(const std::string& json, const SceneField& file) {
   file.refuse(where + "not a scene in JSON: " + message.substr(0, message.find('\n')));
 }
 
+/// Returns the mass properties of a body, or refuses a body without volume.
 /// In      remedy  advice in the message about a body without volume
 MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shapes, const SceneField& field,
                             const std::string& remedy) {

@@ -6,7 +6,8 @@
 
 namespace tandem::server {
 
-/// In      mesh  surface of a soft body of the kind `mesh`; null for a block (a cuboid soft body)
+/// Makes the model of a soft body in a scene file.
+/// In      mesh   surface of a soft body of the kind `mesh`; null for a block (a cuboid soft body)
 ///         field  location of the body in the file, for refusals
 /// Fails   SceneError: the mesh is not closed, or has too many vertices
 SoftModel soft_model_of(const wire::SoftBody& body, const geometry::ContactMesh* mesh, const SceneField& field);

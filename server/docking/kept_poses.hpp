@@ -45,6 +45,7 @@ class KeptPoses {
 
   /// Adds a pose with the next number.
   std::string add(const wire::KeptPose& pose);
+  /// Deletes a saved pose.
   /// In      number  number of a saved pose
   std::string remove(std::uint32_t number);
   /// Changes the name of a pose in the list. Structure files are named by number, so they do not change.

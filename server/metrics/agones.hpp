@@ -44,6 +44,7 @@ class AgonesPlan {
   static constexpr Duration kReturnAfter{std::chrono::minutes(1)};
 
   Call due(const Seen& seen, LocalTime now);
+  /// Records whether a call has succeeded. A failed call is repeated after a pause.
   /// In      is_allocated  allocation state in the answer to kGameServer
   void note_answer(Call call, bool is_good, LocalTime now, bool is_allocated = false);
 

@@ -68,9 +68,9 @@ class SoftStep {
   SoftStep(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps);
   ~SoftStep();
 
-  /// In      things  the same number of objects in every call
-  /// Out     reactions  one entry per object, to which the reactions of the step are added; returns true if a node was
-  ///         clamped to the speed limit
+  /// Computes one step of the soft body. Returns true if a node was clamped to the speed limit.
+  /// In      things     the same number of objects in every call
+  /// Out     reactions  one entry per object, to which the reactions of the step are added
   bool step(double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things,
             std::span<SoftReaction> reactions);
 

@@ -12,6 +12,7 @@
 namespace tandem::server {
 
 wire::RecordedCommand recorded(const RoomCommand& command);
+/// Converts a recorded command to a command of the room.
 /// Fails   returns none if a number is out of range
 std::optional<RoomCommand> command_of(const wire::RecordedCommand& recorded);
 
@@ -21,6 +22,7 @@ struct TakenInput {
   proto::ClientUpdate update;
 };
 wire::RecordedInput recorded(const TakenInput& input);
+/// Converts a recorded input to an input of the room.
 /// Fails   returns none if a server would not have accepted this input
 std::optional<TakenInput> input_of(const wire::RecordedInput& recorded);
 
@@ -32,6 +34,7 @@ struct StateHashes {
 
   bool operator==(const StateHashes&) const = default;
 };
+/// Returns the hashes of the room's state after its last step.
 /// Thread  room; does not allocate
 StateHashes hashes_of(const Room& room) noexcept;
 

@@ -85,8 +85,8 @@ struct RoomUpdate {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   /// States of all users with tools. for_seat() removes the recipient's own state.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
-  std::array<UserId, proto::kMaxUsers> user;                      ///< user of a seat's entry; invalid: none
-  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< kGrab and kRelease served for the seat's user
+  std::array<UserId, proto::kMaxUsers> user;                      ///< user of the seat; invalid: the seat is free
+  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< number of grabs and releases served for that user
   std::array<proto::OwnUpdate, proto::kMaxUsers> own;
 
   /// Returns the update for the user of one seat.

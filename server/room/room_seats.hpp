@@ -55,6 +55,7 @@ class RoomSeats {
   void leave(const Seat& seat);
   bool has_operator() const;
   void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
+  /// Sets the law of the room's coupling.
   /// In      law  a law that the scene permits (haptics::law_change_problem())
   void set_law(const Seat& seat, const haptics::CouplingLawInfo& law);
   /// Moves all bodies back to their start (World::return_all()). Returns false, without effect, if the room's queue is
@@ -67,6 +68,7 @@ class RoomSeats {
   void follow_level(const physics::SceneCoupling& coupling, std::uint32_t entries);
   /// Posts a command for the game of the room. Returns false if the room's queue is full.
   bool play(const Seat& seat, RoomCommand command) { return place(seat, command); }
+  /// Posts a command to the room.
   /// In      placing  command to post; its `seat` is replaced by the argument
   /// Out     false: the room's queue is full
   bool place(const Seat& seat, RoomCommand placing);

@@ -99,6 +99,7 @@ class SessionHub {
   SessionHub(HubSettings settings, const std::vector<Room*>& rooms, ServerTransport& transport);
   ~SessionHub();
 
+  /// Adds a connection that the transport has accepted.
   /// In      address  peer address without the port; connections from one address share limits (limits.hpp)
   void on_connected(ConnectionHandle connection, LocalTime now, const std::string& address = "");
   void on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now);

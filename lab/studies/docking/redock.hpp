@@ -38,10 +38,13 @@ inline constexpr double kStepBeyond_n_per_ms = 0.1;
 ///                   not a claim
 ///         threads   number of trials that run in parallel
 ///         progress  called with the finished fraction of the trials, 0 to 1
-/// Out     the pair and its minimum. "locked" is true if the first five seeds find no exit path; "lock" then contains
-///         the reason. "seeds" contains one row for each seed; its "end" is "docked", "deeper minimum" (the field
-///         prefers another pose), "zero area" (no force is displayed there), "elsewhere" or "disconnected". The minimum
-///         and the end poses are compared with the native pose by the measures of lab/metrics/capri.hpp
+/// Out     fields of the result:
+///         * properties of the pair, settings, and the minimum
+///         * "locked": true if the first five seeds find no exit path; "lock" then contains the reason
+///         * "seeds": one row for each seed. Its "end" is "docked", "deeper minimum" (the field prefers another pose),
+///           "zero area" (no force is displayed there), "elsewhere" or "disconnected"
+///
+///         The minimum and the end poses are compared with the native pose by the measures of lab/metrics/capri.hpp
 /// Fails   see server::load_scene_text(); std::invalid_argument: the parts form no complex in the poses of their files
 boost::json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::size_t seeds, Duration round_trip,
                            bool guided, std::size_t threads, const std::function<void(double)>& progress = {});

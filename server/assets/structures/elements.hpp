@@ -28,7 +28,7 @@ std::span<const ChemicalElement> periodic_table();
 
 /// Fields of a structure file from which the element of an atom is found.
 struct ElementClues {
-  std::string_view name;     ///< all four columns in a PDB file with aligned names, otherwise without blanks
+  std::string_view name;     ///< name; all four columns in a PDB file with aligned names, otherwise without blanks
   std::string_view element;  ///< element in the file; empty if the file has none
   std::string_view residue;
 };

@@ -102,7 +102,7 @@ class ParameterFile {
   std::string_view rest_;
   std::string section_;  ///< current section of next_in()
   std::size_t line_ = 0;
-  std::vector<bool> left_out_;  ///< one entry per open #if: its current branch is skipped
+  std::vector<bool> left_out_;  ///< one entry per open #if; true: its current branch is skipped
   bool skipping_ = false;
 };
 

@@ -103,6 +103,7 @@ struct ForceField {
 
   const ResidueBlock* block(std::string_view name) const;
 
+  /// Returns the atom type with this name.
   /// Fails   MoleculeError: ffnonbonded.itp does not contain the type
   const AtomType& type(std::string_view name) const;
 };
@@ -114,9 +115,12 @@ struct ForceField {
 ///         elements: elements.hpp
 ForceField built_in_force_field();
 
-/// Reads a force-field folder: forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb, .r2b and, if
-/// present, .arn. Reads .rtp, .hdb, .r2b and .arn of dna and rna as well, and xlateat.dat of the folder or its parent.
-/// A name such as "amber99sb" means the folder of that name in gromacs-data; "built-in" means built_in_force_field().
+/// Reads a force field:
+/// * from its folder: forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb and .r2b;
+/// * if present: aminoacids.arn, and the .rtp, .hdb, .r2b and .arn of dna and rna;
+/// * from the folder or its parent: xlateat.dat.
+///
+/// A name such as "amber99sb" means the folder of that name in gromacs-data. "built-in" means built_in_force_field().
 /// Types "element C" … are added as substitutes for missing entries.
 ///
 /// Fails   MoleculeError: the folder or a file is missing (names the Debian package); a line cannot be read (names it);

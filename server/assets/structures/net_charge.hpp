@@ -32,6 +32,8 @@ struct ImpliedCharge {
   double charge_e = 0;
 };
 
+/// Returns the sums of the charges of a molecule and of its chains, and the residues that cause a fractional sum.
+///
 /// Model   A sum within 0.02 e of a whole number counts as whole, because files and force fields give charges with
 ///         three or four decimals
 /// In      implied  charges of the residues that have a known block, in ascending order of first_atom

@@ -57,6 +57,7 @@ const ResidueBlock* block_named(const ForceField& force_field, std::string_view 
 /// Returns "HIS" for HID, HSD and other variants; returns other names unchanged.
 std::string_view canonical_residue(std::string_view name);
 
+/// Returns the names of a residue's atoms in the force field.
 /// In      residue  residue for which has_block() is true
 NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 

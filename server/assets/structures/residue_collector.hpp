@@ -59,6 +59,9 @@ std::string place_text(const PdbResidue& residue, std::string_view atom);
 /// of atoms is bounded, in total and in one residue.
 class ResidueCollector {
  public:
+  /// Adds the next atom of the file.
+  /// In      residue    residue of the atom, without atoms
+  ///         alternate  letter of the alternate location; ' ' if there is none
   /// Fails   MoleculeError: more than 1,000,000 atoms
   void add(PdbResidue residue, PdbAtom atom, char alternate);
   std::size_t atom_count() const { return atoms_; }

@@ -34,6 +34,8 @@ struct TypedResidue {
   std::vector<std::size_t> misfits;  ///< hydrogens without a heavy atom, or surplus on their heavy atom
 };
 
+/// Assigns an entry of the force field to each atom of a residue, by the decisions above.
+///
 /// Source  choice of block and chain ends: pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks were made for this
 ///         project
 /// In      residue  residue for which has_block() is true
