@@ -30,7 +30,7 @@ struct TherapyOptions {
   std::string user;
   std::string calibration;   ///< recording of the calibration
   double calibration_s = 0;  ///< duration of the calibration at the beginning of the session recording [s]; 0: none
-  int session = 0;           ///< 0: the last one
+  int session = 0;           ///< number of the reported session; 0: the last session
   std::string out;
   bool prints_json = false;
 };

@@ -19,8 +19,8 @@ constexpr double kMinLoadedTravel_m = 1e-4;
 constexpr double kMinFit = 0.8;  ///< smallest R² of a line whose slope is used
 constexpr double kHapticRate_hz = 1000;
 constexpr double kSoftCorner_hz = 60;
-/// Time tolerance for the comparison of force steps with the reference. From a step of the trial, the largest step of
-/// the reference within this time plus a round trip is subtracted.
+/// Tolerance of time in the comparison of force steps with the reference. The excess of a force step is its size minus
+/// the largest step of the reference at about that time: within this tolerance plus a round trip.
 constexpr Duration kSameInstant{from_seconds(0.1)};
 constexpr Duration kReturn = std::chrono::milliseconds(500);
 

@@ -37,7 +37,7 @@ std::string plural(std::size_t count, const std::string& word) {
   return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
 }
 
-// Answer ----------------------------------------------------------------------
+// Text of the first page.
 
 std::string game_words(const SessionMeasures& session) {
   if (session.whole().outcome == PartOutcome::kNone) return {};
@@ -64,7 +64,7 @@ std::string answer(std::span<const StoredSession> sessions, std::size_t index) {
          game_words(session) + change_words(sessions, index);
 }
 
-// Tables ----------------------------------------------------------------------
+// Tables of the report.
 
 const std::vector<Column> kMeasureColumns{{"Time", "s"},
                                           {"Movements", "1"},
@@ -174,7 +174,7 @@ std::string used_words(const SessionMeasures& session) {
   return text + ".";
 }
 
-// Figures ---------------------------------------------------------------------
+// Figures of the report.
 
 using MeasureOf = std::function<double(const SessionMeasures&)>;
 

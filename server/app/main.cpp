@@ -50,8 +50,8 @@ struct Options {
   std::optional<std::filesystem::path> keep;  ///< folder for saved poses; none: in the folder of the server's state
   std::filesystem::path record;               ///< empty: no recording
   recording::RotationSettings rotation;
-  std::optional<std::string> metrics;  ///< address as [ADDRESS:]PORT
-  std::optional<std::string> agones;   ///< port of the sidecar, or "auto"
+  std::optional<std::string> metrics;  ///< address of the metrics port, as [ADDRESS:]PORT
+  std::optional<std::string> agones;   ///< port of Agones' sidecar, or "auto"
   std::filesystem::path on_call;       ///< program that is run when a game calls a person; empty: none
 };
 

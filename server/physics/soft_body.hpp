@@ -61,7 +61,7 @@ class SoftBody {
   Vec3 position_before(const SoftSample& sample) const;
   /// Inverse of the effective mass against an impulse at the sample; 0 if all nodes of the sample are anchored.
   double inverse_mass(const SoftSample& sample) const;
-  /// Applies the impulse that would displace a sample of inverse mass 1 kg⁻¹ by `push` [kg·m].
+  /// Moves node i of a sample by bᵢ push / mᵢ, with its weight bᵢ and mass mᵢ. `push` is in kg·m.
   void push(const SoftSample& sample, const Vec3& push);
 
   /// Bullet's body, needed for the derivative of a step.

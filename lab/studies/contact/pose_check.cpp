@@ -106,7 +106,7 @@ class NearContacts {
     return false;
   }
 
-  /// Returns whether some contact, regarded as a plane, has the depth of this point.
+  /// Returns whether a contact explains this point: the plane of the contact has the point's depth at its position.
   bool has_face_over(const OverlapPoint& point) const {
     return std::ranges::any_of(faces_, [&point](const contact::ContactPoint& face) {
       // A motion along the normal moves points of A out of B, and points of B into A. Therefore both signs are tried.

@@ -38,8 +38,8 @@ constexpr std::size_t kMaxPairs = 50'000'000;
 /// Displacements below which a search ends, far below the resolution of coordinates in files.
 constexpr double kMinTurn_rad = 1e-7, kMinBend_angstrom = 1e-7;
 
-// Well depths and rotation barriers [kJ/mol], a distance [Å], and the bending stiffness [kJ/mol/Å²]. See
-// relax_hydrogens().
+// Parameters of the energy in relax_hydrogens(): kWell, kHydrogenBondWell and the barriers in kJ/mol, the bending
+// stiffness kBendPerAngstrom2 in kJ/mol/Å².
 constexpr double kWell = 0.2, kHydrogenBondWell = 4, kHydrogenBondAngstrom = 1.85;
 constexpr double kNearest_angstrom = 0.5;  // nearer pairs get the energy at this distance
 constexpr double kBarrier = 12, kHydroxylBarrier = 6, kPlanarBarrier = 14;

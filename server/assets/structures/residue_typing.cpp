@@ -207,7 +207,7 @@ std::string stand_in(const ForceField& force_field, const std::string& element, 
   return is_opls ? "opls_135" : prefix + "C";
 }
 
-/// Handles selenium in place of sulfur: it has the charge of the sulfur entry, but its own size.
+/// Gives a selenium atom in place of sulfur the size of selenium. It keeps the charge of the sulfur entry.
 void match_selenium(const ForceField& force_field, TypedResidue& typed) {
   const std::string type = std::string(kElementPrefix) + "SE";
   if (force_field.types.contains(type)) typed.atoms.back().type = type;
