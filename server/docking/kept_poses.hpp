@@ -24,7 +24,7 @@ class KeptPoses {
   ///
   /// In      room     name of the room, which is written into structure files
   ///         folder   folder of the room; if empty, no file is read or written
-  ///         of_files  pose in the structure files, as pose number 0
+  ///         of_files  pose number 0: the pose in the structure files
   ///         pair     must outlive this object
   KeptPoses(std::string room, std::filesystem::path folder, wire::KeptPose of_files, const MoleculePair& pair);
   ~KeptPoses();

@@ -40,7 +40,7 @@ class RoomSeats {
   /// In      leaves_gaps  the user's client suppresses inputs that can be extrapolated (deadband)
   ///         device_bounds  largest coupling that this user's device supports, in device newtons and metres
   ///         user_name  for recordings
-  ///         tool  preferred if it is free: the tool that the user had before
+  ///         tool  tool that the user had before; it is preferred if it is free
   std::optional<Seat> allocate(UserRole role, bool leaves_gaps = false,
                                const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds,
                                std::string_view user_name = "", std::optional<std::uint8_t> tool = std::nullopt);

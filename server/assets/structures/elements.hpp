@@ -37,11 +37,11 @@ struct ElementClues {
 ///
 /// In standard residues (is_standard_residue()) the first letter of the name decides, because their elements have one
 /// letter. The exception is selenium in MSE. In other residues the first applicable rule decides:
-///   1. a lone ion, whose atom and residue have the same name
-///   2. the element that the file states
-///   3. the columns of the name, because an element's symbol ends in the second column
-///   4. symbols with which no atom name of another element begins (CL, BR, ZN …)
-///   5. the first letter of the name
+///   1. If atom and residue have the same name, the atom is a lone ion, and the name is the symbol.
+///   2. If the file states an element, it is used.
+///   3. In a PDB file, the columns of the name may determine the element, because the symbol ends in the second column.
+///   4. Symbols are used with which no atom name of another element begins (CL, BR, ZN …).
+///   5. Otherwise the first letter of the name is the symbol.
 std::string element_of(const ElementClues& clues);
 
 /// Returns true for the twenty amino acids and their protonation variants, nucleotides, and water.

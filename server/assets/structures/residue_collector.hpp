@@ -49,14 +49,16 @@ std::string residue_place(const PdbResidue& residue);
 /// Formats an atom, e.g. "CG of VAL 12A of chain B", with printable characters only.
 std::string place_text(const PdbResidue& residue, std::string_view atom);
 
-/// Sorts atoms into residues by chain, number and insertion code. A second residue with the same number begins if
-/// backbone atoms repeat, or if later atoms are far from the first ones. Atoms with the same name are different atoms
-/// unless they are at one position.
+/// Sorts atoms into residues by chain, number and insertion code.
 ///
-/// For each residue, the alternate location with the largest mean occupancy of heavy atoms is chosen, and among equals
-/// the one with the most atoms. Atoms without an alternate location are always kept. Neighbours in a chain get the same
-/// location if the bond between them has alternates. Two residue names at one position are alternates, too. The number
-/// of atoms is bounded, in total and in one residue.
+/// * New residue: a second residue with the same number begins if backbone atoms repeat, or if later atoms are far from
+///   the first ones.
+/// * Atoms with the same name in a residue are different atoms, unless they are at one position.
+/// * Alternate locations: for each residue, the location with the largest mean occupancy of heavy atoms is chosen.
+///   Among equals, the location with the most atoms is chosen. Atoms without an alternate location are always kept.
+/// * Neighbours in a chain get the same location if the bond between them has alternates.
+/// * Two residue names at one position are alternates, too.
+/// * The number of atoms is bounded, in total and in one residue.
 class ResidueCollector {
  public:
   /// Adds the next atom of the file.
