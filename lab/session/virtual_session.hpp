@@ -7,7 +7,7 @@
 //   1 server io     arrived bytes and datagrams are passed to SessionHub
 //   2 room          makes a step, if one is due (phase: Experiment::server_phase)
 //   3 server io     SessionHub::poll() sends the states that the room published
-//   4 each client   arrived packets are passed to ClientSession; the haptic tick runs, if it is due (each client has its
+//   4 each client   arrived packets are passed to ClientSession; the haptic tick runs, if due (each client has its
 //                   own phase within the millisecond); ClientSession::poll() sends the update of the tick
 //
 // Nothing else determines the order of events, and nothing depends on the host. A packet sent in a slot is received in
