@@ -122,7 +122,8 @@ class NearContacts {
 };
 
 /// Returns the depth of a contact according to the exact surfaces, or 0 if none of its points lies on its own surface.
-/// This also measures a vertex of the other body that pierces a face: in that case no vertex of the face is deep.
+/// The exact surfaces also give the depth of a vertex of the other body that pierces a face, although no vertex of the
+/// face is deep in that case.
 double exact_depth_m(const contact::ContactPair& pair, const contact::ContactPoint& contact, const TouchObject& a,
                      const Pose& X_WA, const TouchObject& b, double deepest_m) {
   const bool is_of_a = pair.is_of_a(contact);
