@@ -40,9 +40,9 @@ constexpr Duration kLongSleep = std::chrono::milliseconds(2);
 /// The period is divided into this number of parts. The phase of a room may differ from its computed phase by one part.
 /// A larger difference is corrected by at most one part per step.
 constexpr int kPlaces = 64;
-// io has a lower priority than the rooms while the steps of each thread together take at most kIoWaitsFor. After
-// kSlowStepsInARow consecutive steps of one room longer than kIoWaitsNotFor, io gets a higher priority, because all
-// rooms depend on io.
+// The io thread (io) has a lower priority than the rooms while the steps of each thread together take at most
+// kIoWaitsFor. After kSlowStepsInARow consecutive steps of one room longer than kIoWaitsNotFor, io gets a higher
+// priority, because all rooms depend on io.
 constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor = std::chrono::microseconds(500);
 constexpr int kSlowStepsInARow = 2;
 
@@ -138,7 +138,7 @@ struct RoomScheduler::Stepper {
   LocalTime users_checked{};          ///< last check for users of empty rooms
   LocalTime news_since{};             ///< time of the oldest states that io was not notified of; LocalTime{}: none
   std::atomic<bool> is_called{true};  ///< whether a room was assigned, or stop() was called
-  /// The thread sleeps on it until call(). try_acquire on it yields the processor.
+  /// The thread sleeps on this semaphore until call(). A call of try_acquire() yields the processor.
   std::counting_semaphore<> called{0};
   std::promise<std::vector<std::string>> not_granted;
   std::thread thread;

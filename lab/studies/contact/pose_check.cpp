@@ -74,9 +74,9 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
   return X_WA;
 }
 
-/// Contacts sorted by x, so that those near a point are found quickly. If the number of contacts exceeds the budget,
-/// one contact represents several points. Such a contact is stored at each of these points that is inside the other
-/// body.
+/// Contacts sorted by x, so that those near a point are found quickly. If there are more contacts than the search may
+/// return (its budget), one contact represents several points. Such a contact is stored at each of these points that is
+/// inside the other body.
 class NearContacts {
  public:
   NearContacts(const contact::ContactPair& pair, const TouchObject& a, const Pose& X_WA, const TouchObject& b) {

@@ -11,8 +11,8 @@
 namespace tandem::server::mesh_reader {
 namespace {
 
-/// Largest distance from the origin, in mesh sizes, at which positions are not shifted. Up to it, single precision
-/// loses less than a millionth of the mesh size.
+/// Largest distance from the origin, in mesh sizes, at which positions are not shifted. Up to this distance, single
+/// precision loses less than a millionth of the mesh size.
 constexpr double kFarthest = 4;
 
 /// Part of the file between two offsets.

@@ -210,7 +210,7 @@ class Loader {
     if (structure.has_more_models) note("all models of the file but the first left out");
   }
 
-  /// Shifts the charge of a residue whose side chain is incomplete to a whole number.
+  /// Changes the charge of a residue with an incomplete side chain to a whole number.
   void complete_charge(const PdbResidue& residue, TypedResidue& typed) {
     const std::optional<double> charge_e = make_whole(residue, typed);
     if (!charge_e || !typed.expected_charge_e) return;

@@ -80,7 +80,7 @@ Names normalised_names(const ForceField& force_field, const PdbResidue& residue,
   Names names;
   for (const PdbAtom& atom : residue.atoms) {
     std::string name = digit_last(atom.name);
-    // Name of this atom in files from before 2007.
+    // In files from before 2007, the atom C7 has the name C5M.
     if (block.is_nucleotide() && name == "C5M" && block.find(name) == nullptr) name = "C7";
     for (const AtomAlias& alias : force_field.aliases) {
       if (alias.from == name && alias_applies(alias, residue.name, block, context)) {
