@@ -54,8 +54,8 @@ std::uint64_t unix_ms_now();
 /// Rights that a join token grants, and its validity.
 struct Invited {
   std::string role = "manipulator";
-  std::string room{};  ///< empty: any room
-  std::string name{};  ///< empty: chosen by the user
+  std::string room{};  ///< room that the token admits to; empty: any room
+  std::string name{};  ///< name of the user; empty: chosen by the user
   double max_force_n = 0;
   Duration life{std::chrono::minutes(15)};
 };

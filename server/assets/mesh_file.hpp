@@ -39,7 +39,8 @@ bool states_up_axis(const std::filesystem::path& file);
 bool is_too_large(double size_m);
 
 /// Returns a question to the user about an implausible size: "60 m large, if a unit of the file is 1 m: is that
-/// right?". Returns an empty string for a plausible size. For meshes whose scale was not derived from a requested size.
+/// right?". Returns an empty string for a plausible size. It is meant for meshes whose scale was not derived from a
+/// requested size.
 std::string doubt_of_size(double size_m, double scale_m, const std::filesystem::path& file);
 
 /// Combines read_asset_file() and mesh_of_bytes().

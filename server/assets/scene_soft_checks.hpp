@@ -7,7 +7,8 @@
 namespace tandem::server {
 
 inline constexpr std::size_t kMaxSoftBodies = 8;
-inline constexpr const char* kSoftSideNames[] = {"-x", "+x", "-y", "+y", "-z", "+z"};  ///< bits of SoftSides
+/// Names of the bits of SoftSides, in their order.
+inline constexpr const char* kSoftSideNames[] = {"-x", "+x", "-y", "+y", "-z", "+z"};
 
 /// Fills in the defaults that the table of ranges (proto/scene_ranges.hpp) lacks: placements, and the node spacing of a
 /// block (a cuboid soft body).

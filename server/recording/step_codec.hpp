@@ -26,11 +26,11 @@ wire::RecordedInput recorded(const TakenInput& input);
 /// Fails   returns none if a server would not have accepted this input
 std::optional<TakenInput> input_of(const wire::RecordedInput& recorded);
 
-/// Hash of the state of each object after a step. Equal states have equal hashes.
+/// Hashes of the states of bodies and tools after a step. Equal states have equal hashes.
 struct StateHashes {
   boost::container::static_vector<std::uint32_t, proto::kMaxBodies + 9>
       bodies;  ///< hashes in the order of the scene, followed by soft bodies and the game
-  boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;  ///< in the order of the scene
+  boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;  ///< hashes in the order of the scene
 
   bool operator==(const StateHashes&) const = default;
 };

@@ -19,7 +19,7 @@ struct Landing {
   double stiffness_n_per_m = 0;
   double stop_force_n = 0;     ///< step of the hand's force that a rigid stop would cause; see landings()
   double stop_torque_n_m = 0;  ///< upper bound of the hand's torque step at a rigid stop
-  bool is_on_face = false;     ///< drops only; see drops()
+  bool is_on_face = false;     ///< whether the tool drops on a face; see drops()
   /// drops only: time after which the tool stays slower than 1 mm/s; infinite: not reached within kDrop_s
   double rest_s = 0;
   double kinetic_left_j = 0;  ///< kinetic energy of the tool at the end

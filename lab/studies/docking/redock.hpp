@@ -24,7 +24,7 @@ inline constexpr double kNative_angstrom = 2;
 /// exit path with at least kRelease_angstrom. If it exceeds kFarthestRelease_angstrom, it is interpolated towards the
 /// previous pose.
 inline constexpr double kRelease_angstrom = 1.5, kFarthestRelease_angstrom = 2;
-/// Largest permitted excess of the largest force step over that at zero delay.
+/// Largest permitted difference between the largest force step of a trial and that at zero delay.
 inline constexpr double kStepBeyond_n_per_ms = 0.1;
 
 /// Runs the redocking trials. The minimum is the deepest one within kNative_angstrom of the native pose, found by

@@ -9,7 +9,7 @@
 namespace tandem::server {
 
 struct ChemicalElement {
-  std::string_view symbol;  ///< upper case: "HG"
+  std::string_view symbol;  ///< symbol in upper case: "HG"
   double mass_u = 0;
   double minimum_angstrom = 0;  ///< distance of the Lennard-Jones minimum of two atoms of this element
   double well_kcal_per_mol = 0;

@@ -56,8 +56,8 @@ struct ResidueBlock {
   std::string kind;  ///< "DNA" or "RNA", as in aliases; empty for a block of aminoacids.rtp
 
   const BlockAtom* find(std::string_view atom) const;
-  bool is_amino_acid() const;  ///< has N, CA, C and O
-  bool is_nucleotide() const;  ///< has C1' and O4' of a sugar
+  bool is_amino_acid() const;  ///< whether it has N, CA, C and O
+  bool is_nucleotide() const;  ///< whether it has C1' and O4' of a sugar
 };
 
 /// Names of the blocks that replace a block at a chain end; empty if none does.
@@ -70,7 +70,7 @@ struct EndBlocks {
 /// Changes to a residue's block at a chain end.
 struct TerminusEdit {
   std::vector<BlockAtom> replaced;  ///< new entries for atoms with these names; "OXT" is added if it is missing
-  std::vector<BlockAtom> added;     ///< e.g. H1, H2, H3
+  std::vector<BlockAtom> added;     ///< atoms to add, e.g. H1, H2, H3
   std::vector<std::string> deleted;
   std::vector<HydrogenRule> hydrogens;
 };
@@ -91,7 +91,7 @@ struct ForceField {
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
   /// Name of a residue's block, if it differs from the residue's name: LYS → LYSH.
   std::map<std::string, std::string, std::less<>> block_of_residue;
-  std::map<std::string, EndBlocks, std::less<>> end_blocks;  ///< e.g. NALA and CALA for ALA
+  std::map<std::string, EndBlocks, std::less<>> end_blocks;  ///< blocks at chain ends, e.g. NALA and CALA for ALA
   std::vector<AtomAlias> aliases;
   /// Aliases for the atom names in blocks of this force field. Their `residue` is the name of a block, a kind (as in
   /// ResidueBlock::kind), or "*".

@@ -20,7 +20,7 @@ struct PdbAtom {
   std::optional<double> charge_e;         ///< charge, if the format has one (PQR, PDBQT)
   std::optional<double> radius_angstrom;  ///< radius, if the format has one (PQR)
   double occupancy = 1;
-  int formal_charge_e = 0;  ///< 0 if the file has no formal charge
+  int formal_charge_e = 0;  ///< formal charge; 0 if the file has none
 };
 
 struct PdbResidue {
