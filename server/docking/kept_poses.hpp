@@ -16,7 +16,7 @@ inline constexpr std::size_t kMaxKeptPosesOfUser = 50;
 /// Saved poses of one room. A change is first written to the files, and takes effect only if that succeeds.
 ///
 /// Model   Several servers may share a folder. The first change takes a lock, which is held until destruction. From
-///         then on, no other server can change the files
+///         then on, no other server can change the files.
 /// Thread  any, one at a time
 class KeptPoses {
  public:
