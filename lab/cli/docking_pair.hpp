@@ -18,7 +18,7 @@ namespace tandem::lab {
 struct DockingOptions {
   std::string receptor;
   std::string ligand;
-  std::string hydrogens;  ///< empty: explicit hydrogens are kept, and missing ones are built if a file has none
+  std::string hydrogens;  ///< empty: the hydrogens of a file are kept; if it has none, they are built
   std::string cutoff = "none";
   std::string dielectric = "4r";
   std::string force_field_directory = server::default_force_field();

@@ -66,7 +66,7 @@ struct Energies {
   Vec3 centre = Vec3::Zero();              ///< centre of mass of the ligand, in the coordinates of the receptor's file
   Vec3 torque = Vec3::Zero();              ///< torque about that centre
   std::vector<docking::CloseAtoms> close;  ///< pairs of atoms that are closer than a non-bonded contact allows
-  /// computed only if there is a cut-off and at most kPairsToCompare pairs
+  /// energy without cut-off; computed only if there is a cut-off and at most kPairsToCompare pairs
   std::optional<double> all_pairs_kj_per_mol;
 };
 

@@ -1,4 +1,4 @@
-// tandem-lab: runs experiments in virtual time, benchmarks, and reports of their results.
+// tandem-lab: runs experiments in virtual time and benchmarks, and writes reports of the results.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

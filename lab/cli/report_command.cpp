@@ -21,7 +21,7 @@ namespace tandem::lab {
 namespace {
 
 struct ReportOptions {
-  std::vector<std::string> sessions;  ///< each is NAME=DIR
+  std::vector<std::string> sessions;  ///< each entry is NAME=DIR
   std::string tasks;                  ///< path of the file with the tasks; empty: no tasks
   std::string out;
   bool prints_json = false;

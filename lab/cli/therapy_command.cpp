@@ -30,13 +30,14 @@ struct TherapyOptions {
   std::string user;
   std::string calibration;   ///< recording of the calibration
   double calibration_s = 0;  ///< duration of the calibration at the beginning of the session recording [s]; 0: none
-  int session = 0;           ///< 0: the last one
+  int session = 0;           ///< number of the reported session; 0: the last session
   std::string out;
   bool prints_json = false;
 };
 
 PersonStore store_of(const TherapyOptions& options) {
-  // The measures and reports describe a person. All files are therefore created readable by their owner only.
+  // The measures and reports describe a person. Therefore all files are created such that only their owner can read
+  // them.
   ::umask(S_IRWXG | S_IRWXO);
   return PersonStore(options.data.empty() ? default_person_folder() : fs::path(options.data));
 }
@@ -97,8 +98,8 @@ int run_add(const TherapyOptions& options) {
 }
 
 /// Checks that the folder of a report is outside of the data folder.
-/// Fails   std::invalid_argument: the report would lie within the data folder, where deleting a person would not find
-///         it
+/// Checks that a report is written outside of the data folder. Otherwise the deletion of a person would not find it.
+/// Fails   std::invalid_argument: the report would lie within the data folder
 void require_outside(const fs::path& out, const fs::path& data) {
   const fs::path folder = fs::weakly_canonical(data), report = fs::weakly_canonical(fs::absolute(out));
   const auto [end, unused] = std::ranges::mismatch(folder, report);

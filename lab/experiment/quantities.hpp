@@ -1,11 +1,12 @@
 // Sets any quantity of an experiment by its name. Names are used by `--set link.rtt_ms=130`, by the grid of an
 // experiment file, and to derive the zero-delay run with which a trial is compared.
 //
-//   stage, seed, duration_s, link.loss, model.mass_scale   as in the file; for all users, also those with a value of
-//                                                          their own
-//   hand.mass_kg, device                                   for all users
-//   users.1.link.rtt_ms, users.ben.hand                    for one user, selected by number (from 0) or by name
-//   law, coupling.stiffness_n_per_m                        for the coupling of the scene
+//   name of the quantity                                   value that is set
+//   stage, seed, duration_s, link.loss, model.mass_scale   field of the experiment. If users have this field too, it is
+//                                                          set for all users, even if a user has a value of its own
+//   hand.mass_kg, device                                   field of every user
+//   users.1.link.rtt_ms, users.ben.hand                    field of one user, selected by number (from 0) or by name
+//   law, coupling.stiffness_n_per_m                        field of the scene's coupling
 //   scene.bodies.cube.friction                             any other field of the scene file
 #pragma once
 

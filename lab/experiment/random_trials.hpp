@@ -15,11 +15,11 @@ const std::vector<std::string>& contact_cases();
 
 /// Generates `count` trials in a fixed order. Trial i depends only on `seed` and i.
 ///
-/// Ranges  hand        0.1 to 1 kg, 100 to 600 N/m, damping ratio 0.35 to 0.8, tremor up to 0.05 N RMS
-///         all users   pace 0.75 to 1.3, round trip 20 to 200 ms, jitter up to 10 ms, loss up to 5 %
-///         link        in 3 of 10 trials the jitter is correlated over 20 to 300 ms; 3 of 10 have a delay path (drift,
-///                     steps or Wi-Fi)
-///         coupling    300 to 900 N/m
+/// Ranges  hand        mass 0.1 to 1 kg, stiffness 100 to 600 N/m, damping ratio 0.35 to 0.8, tremor up to 0.05 N RMS
+///         all users   pace of the hand's path 0.75 to 1.3, round trip 20 to 200 ms, jitter up to 10 ms, loss up to 5 %
+///         link        in 3 of 10 trials, the jitter is correlated over 20 to 300 ms; in 3 of 10 trials, the link has a
+///                     delay path (drift, steps or Wi-Fi)
+///         coupling    stiffness 300 to 900 N/m
 ///         model       in half of the trials, mass and friction of the local model are wrong by up to 15 %
 /// Fails   std::invalid_argument: an experiment cannot be read
 std::vector<Trial> random_trials(std::size_t count, std::uint64_t seed);

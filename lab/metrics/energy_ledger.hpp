@@ -45,9 +45,10 @@ EnergyLedger energy_ledger(const SessionTrace& trace);
 /// Returns the energy that a display would create if it rendered the correct wrenches of `truth`, but late by the mean
 /// loop delay of `trial`.
 ///
-/// Model   the largest rise of Σ_users Σ_j [F(j − n) − F(j)]·(x_{j+1} − x_j); F and x are those of `truth`
-///         n  mean loop delay of the user in ticks: from a motion of the hand to the step that uses it, plus from a
-///            step to the hand
+/// Model   the largest rise of Σ_users Σ_j [F(j − n) − F(j)]·(x_{j+1} − x_j)
+///         * F(j), x_j: requested wrench and pose of the hand at tick j, as in energy_ledger(), in the trace `truth`
+///         * n: mean loop delay of the user in ticks. It is the delay from a motion of the hand to the step that uses
+///           it, plus the delay from a step to the hand
 /// Source  our derivation: a delay τ causes a force error equal to the change of F within τ. This error does work along
 ///         the path of the hand
 /// Limits  the motion of the user's own hand counts as delayed too, although a local model can predict it

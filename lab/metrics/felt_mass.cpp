@@ -76,8 +76,8 @@ AxisSeries axis_series(const UserTrace& user, const FittedRange& range, int axis
   return series;
 }
 
-/// Returns the covariance sum Σ x_t u_t u_s x_sᵀ over pairs of rows at most kLag apart, with Bartlett weights. x is a
-/// row, u its residual.
+/// Returns the covariance sum Σ x_t u_t u_s x_sᵀ over all pairs (t, s) of rows at most kLag apart, with Bartlett
+/// weights. x_t is row t, and u_t is the residual of the fit at that row.
 Eigen::Matrix3d newey_west(const AxisSeries& axis, const Row& fit) {
   std::vector<Row> scores;
   for (std::size_t i = 0; i < axis.rows.size(); ++i) {

@@ -17,9 +17,11 @@ inline constexpr const char* kShakePhase = "shake";
 
 /// Estimates the mass by regression of the displayed force on the motion of the same hand at the same time.
 ///
-/// Model   −f_k = m a_k + b v_k + c x_k + an offset for each axis, fitted to all three axes together. f_k is the mean
-///         of the forces held before and after tick k; a_k is the central difference of the true velocity over the same
-///         two periods
+/// Model   −f_k = m a_k + b v_k + c x_k + offset, fitted to all three axes together, with one offset for each axis.
+///         * m, b, c: fitted mass [kg], damping [N·s/m] and stiffness [N/m]
+///         * f_k: mean of the forces held before and after tick k
+///         * a_k: central difference of the true velocity over the same two periods
+///         * v_k, x_k: velocity and position of the hand at tick k
 /// Source  ordinary least squares with Newey and West's covariance (Econometrica 55, 1987: "A simple, positive
 ///         semi-definite, heteroskedasticity and autocorrelation consistent covariance matrix"), because the samples of
 ///         a ringing residual are not independent; lag 0.2 s

@@ -46,7 +46,7 @@ double round_trip_ms(const TickSample& tick) {
   return to_seconds(tick.round_trip) * 1e3;
 }
 
-// Adapts a function of a sample to the pointers that settled_hold_ticks() returns.
+// Calls the function F of a sample with a pointer to the sample, because settled_hold_ticks() returns pointers.
 template <double (*F)(const TickSample&)>
 double of_pointer(const TickSample* tick) {
   return F(*tick);

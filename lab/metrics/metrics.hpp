@@ -19,9 +19,9 @@ inline double displayed_force_n(const TickSample& tick) {
   return tick.displayed_D.f.norm();
 }
 
-/// Time at the start of a phase of rest in which the hand still settles. settled_hold_ticks() returns the ticks in
-/// which the hand rests at a waypoint, without this time. A motion in these ticks is a limit cycle.
+/// Time at the start of a hold phase in which the hand still settles. Motion after that time is a limit cycle.
 inline constexpr Duration kSettling{from_seconds(1.0)};
+/// Returns the ticks in which the hand rests at a waypoint, without the first kSettling of each hold phase.
 std::vector<const TickSample*> settled_hold_ticks(const UserTrace& user);
 
 struct UserMetric {

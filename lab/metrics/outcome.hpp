@@ -11,13 +11,13 @@ namespace tandem::lab {
 /// outcome is "weak".
 inline constexpr double kMinForceRatio = 0.5;
 
-/// Returns the outcome of a trial; the first that applies:
+/// Returns the outcome of a trial: the first in this list that applies.
 ///   "lost"          a user lost the connection
 ///   "never-lifted"  the body never reached the height that the rule requires
 ///   "dropped"       the body was below that height at some time in the rule's phase
 ///   "missed"        the final position of the body was wrong
-///   "weak"          the contact_force_ratio of a user is below kMinForceRatio; without it, a force of zero would be
-///                   rated as calm
+///   "weak"          the contact_force_ratio of a user is below kMinForceRatio. Without this outcome, a stage that
+///                   displays no force would count as stable
 ///   "completed"     otherwise
 std::string outcome_of(const TrialView& view);
 

@@ -12,10 +12,11 @@ namespace tandem::lab {
 /// or the server confirms no new input.
 inline constexpr double kLongSilence_ms = 110;
 
-/// Mean force from which a phase counts as contact. contact_phases() returns which phases of a hand's path are in
-/// contact: those in which the reference displays at least this mean force. The phases "approach", "move" and "retreat"
-/// are excluded. If there is no reference, the trial itself is used.
+/// Minimum mean force of a phase in contact [N].
 inline constexpr double kContactForce_n = 0.1;
+/// Returns, for each phase of a hand's path, whether it is in contact: the reference displays a mean force of at least
+/// kContactForce_n. The phases "approach", "move" and "retreat" are excluded. If there is no reference, the trial
+/// itself is used.
 std::vector<bool> contact_phases(const UserView& view);
 
 // Metrics of one user, defined in the table in trial_metrics.cpp. A metric is NaN if it is undefined or there is no

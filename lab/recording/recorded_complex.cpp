@@ -45,7 +45,7 @@ class Search {
   }
 
   std::shared_ptr<const server::LoadedScene> scene;
-  std::map<std::uint32_t, Pose> poses;  ///< X_WB by index of the body
+  std::map<std::uint32_t, Pose> poses;  ///< pose X_WB of each body, by its index
   std::optional<Duration> found;
 
  private:

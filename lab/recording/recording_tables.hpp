@@ -13,7 +13,7 @@ namespace tandem::lab {
 ///
 /// Out     room    `steps` (every step), `bodies` and `tools` (every recorded state), `inputs` (each input that a step
 ///         used, with its user and tick)
-///         client  `ticks`, with the columns of its --trace, and `link`
+///         client  `ticks` (every tick, with the columns of the client's --trace file), `link`
 /// Fails   see read_recording()
 std::map<std::string, CsvTable> recording_tables(const std::filesystem::path& file);
 

@@ -9,7 +9,8 @@
 namespace tandem::lab {
 namespace {
 
-// Style of the page around the figures. Figures have white paper on a dark screen too, so that they look as printed.
+// Style of the page around the figures. Figures have a white background even on a dark screen, so that they look as in
+// print.
 constexpr std::string_view kStyle = R"css(
 :root {
   color-scheme: light dark;

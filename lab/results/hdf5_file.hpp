@@ -34,7 +34,7 @@ void write_hdf5(const std::filesystem::path& file, const std::function<void(hid_
 /// Replaces slashes in a name, because HDF5 would create a group at each slash.
 std::string hdf5_name(std::string name);
 Hdf5Handle hdf5_group(hid_t parent, const std::string& name);
-// Write attributes. Fails: std::runtime_error if the disk is full.
+// These functions write attributes. Fails: std::runtime_error if the disk is full.
 void write_hdf5_number(hid_t object, const std::string& name, double value);
 void write_hdf5_text(hid_t object, const std::string& name, const std::string& value);
 /// Writes a group with a dataset for each column. The group has no time stamp, so that the same data give the same

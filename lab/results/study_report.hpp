@@ -14,8 +14,8 @@ HtmlReport study_report(std::span<const TrialResult> results);
 /// Adds the figures and tables of each experiment, and the definitions of the metrics.
 void add_study(HtmlReport& page, std::span<const TrialResult> results);
 
-/// Axis for the values of a metric: quantity and unit, by the suffix of the metric's name, and the factor from its SI
-/// value.
+/// Axis of the figures of one metric. Quantity and unit follow from the suffix of the metric's name. `factor` converts
+/// the metric's SI value to that unit.
 struct MetricAxis {
   PlotAxis axis;
   double factor = 1;

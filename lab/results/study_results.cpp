@@ -62,7 +62,7 @@ constexpr std::array<PrintedColumn, 13> kPrinted{{{"drag N", "free_drag_rms_n", 
                                                   {"apart mm", "view_divergence_max_m", 1e3, 2},
                                                   {"kB/s", "bytes_per_s", 1e-3, 1}}};
 constexpr int kColumnWidth = 11;
-constexpr int kTrialWidth = 31;  ///< width of the columns that identify the trial
+constexpr int kTrialWidth = 31;  ///< width of the columns that identify the trial [characters]
 
 std::string overrides_text(const json::object& row) {
   const json::value* overrides = row.if_contains("overrides");

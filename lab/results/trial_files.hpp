@@ -33,7 +33,7 @@ class TrialFiles {
   std::vector<std::unique_ptr<client::TraceWriter>> traces_;
 };
 
-/// Returns whether the folder contains all files of the trial with this key.
+/// Returns whether the folder contains all files of the trial with this key (a hash of the trial's inputs).
 bool has_trial_files(const std::filesystem::path& folder, const std::string& key);
 
 }  // namespace tandem::lab

@@ -53,8 +53,8 @@ std::string text_of(const net::DelayPath& path) {
   return text.str();
 }
 
-/// Returns the content of all hand paths, device profiles and delay paths. It is part of the key, so that the key
-/// changes with any of these files.
+/// Returns the content of all hand paths, device profiles and delay paths. It is hashed into the trial's key
+/// (key_of()), so a change of any of these files gives a new key.
 std::string files_text(const Experiment& experiment, const fs::path& directory) {
   std::string text;
   std::vector<devices::DeviceProfile> devices;

@@ -3,9 +3,9 @@
 //   ClientSession ── VirtualClientTransport ══ up: datagrams, stream ══▶ ┐
 //                                          ◀══ down: datagrams, stream ══╡ VirtualNetwork ── SessionHub
 //
-// A stream (TCP) is a reliable SimulatedLink with the delay of the datagrams. Stream and datagrams share one line:
-// packets are sent in order, so that each kind gets the part of the rate limit that the other does not use. The cost of
-// retransmission after a loss is not modelled. Connecting takes one round trip.
+// A stream (TCP) is a reliable SimulatedLink with the delay of the datagrams. Stream and datagrams share one line and
+// its rate limit. Packets of both are sent in the order in which they are queued, so each of the two can use the rate
+// that the other leaves free. The cost of retransmission after a loss is not modelled. Connecting takes one round trip.
 #pragma once
 
 #include <cstdint>

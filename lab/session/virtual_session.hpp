@@ -2,12 +2,13 @@
 //
 // Time advances in slots of 0.25 ms. The events in a slot have this order:
 //
-//   0 network       due packets arrive, at both ends; packets of events 1 to 4 arrive in the next slot at the earliest
-//   1 server io     arrived bytes and datagrams → SessionHub
-//   2 room          step, when one is due (phase: Experiment::server_phase)
-//   3 server io     SessionHub::poll: sends the states that the room published
-//   4 each client   io: arrived → ClientSession; haptic tick when due (its own phase in the millisecond);
-//                   io: ClientSession::poll, sends the tick's update
+//   0 network       packets that are due arrive at both ends. A packet that is sent in events 1 to 4 arrives in a later
+//                   slot
+//   1 server io     arrived bytes and datagrams are passed to SessionHub
+//   2 room          makes a step, if one is due (phase: Experiment::server_phase)
+//   3 server io     SessionHub::poll() sends the states that the room published
+//   4 each client   arrived packets are passed to ClientSession; the haptic tick runs, if due (each client has its
+//                   own phase within the millisecond); ClientSession::poll() sends the update of the tick
 //
 // Nothing else determines the order of events, and nothing depends on the host. A packet sent in a slot is received in
 // a later slot. Therefore the order of clients within a slot has no influence, delays are rounded up to whole slots,

@@ -21,7 +21,7 @@ constexpr auto kMarginSamples = static_cast<std::size_t>(0.1 * kMotionRate_hz);
 constexpr auto kSecond = static_cast<std::size_t>(kMotionRate_hz);
 static_assert(kMaxMovementSamples + 2 * kMarginSamples <= kMaxSpeedSamples);
 
-/// Derivative [m/s] at a sample, by the widest stencil that lies within the measured samples.
+/// Returns the speed [m/s] at a sample: the derivative by the widest stencil that lies within the measured samples.
 double speed_at(const std::vector<Vec3>& p, std::size_t i) {
   const auto has = [&](std::ptrdiff_t offset) {
     const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) + offset;
@@ -36,7 +36,7 @@ double speed_at(const std::vector<Vec3>& p, std::size_t i) {
   return kNone;
 }
 
-/// Describes the movement of the samples first ≤ i ≤ last.
+/// Returns the movement between two samples, first and last included.
 Movement movement_of(const HandMotion& motion, std::size_t first, std::size_t last) {
   const std::vector<double>& speed = motion.speed_m_per_s;
   Movement movement{.begin_s = static_cast<double>(first) / kMotionRate_hz,
@@ -74,13 +74,13 @@ HandMotion MotionSampler::motion() const {
   bool has_previous = false;
   double previous_s = 0;
   Vec3 previous_W = Vec3::Zero();
-  std::size_t next = 0;  // first sample after the previous average
+  std::size_t next = 0;  // index of the first output sample after the previous average
   for (const Interval& interval : intervals_) {
     if (interval.count == 0) continue;
     const double at_s = interval.time_sum_s / interval.count;
     const Vec3 p_W = interval.sum / interval.count;
     if (!has_previous || at_s - previous_s > kMaxGap_s) {
-      // A sample within 10 ms before the first average has its value.
+      // An output sample up to 10 ms before the first average gets the value of that average.
       next = static_cast<std::size_t>(&interval - intervals_.data());
       previous_s = at_s;
       previous_W = p_W;
@@ -102,8 +102,8 @@ HandMotion MotionSampler::motion() const {
 std::vector<Movement> movements_of(const HandMotion& motion) {
   std::vector<Movement> movements;
   const std::vector<double>& speed = motion.speed_m_per_s;
-  std::optional<std::size_t> first;  // of the current movement
-  std::size_t last = 0;              // its last sample that is faster than rest
+  std::optional<std::size_t> first;  // first sample of the current movement
+  std::size_t last = 0;              // its last sample at or above kRests_m_per_s
   bool has_moved = false;
   const auto finish = [&] {
     if (first && has_moved && last - *first >= kMinMovementSamples)

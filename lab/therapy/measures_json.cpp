@@ -18,7 +18,7 @@ constexpr std::size_t kMovementNumbers = 5;
 const std::vector<std::string_view> kKinds{"session", "level", "goal"};
 const std::vector<std::string_view> kOutcomes{"none", "reached", "failed", "open"};
 
-/// Name and member of each number of a part.
+/// Name of a number in the JSON of a part, and the member that has its value.
 struct Number {
   const char* name;
   double PartMeasures::*member;
@@ -83,7 +83,8 @@ PartMeasures part_from(JsonFields& fields) {
   return part;
 }
 
-/// A movement is five numbers, so that thousands of them are a small file. The last one is left out if it is unknown.
+/// Converts a movement to an array of numbers without names, so that thousands of movements give a small file. An
+/// unknown smoothness, the last number, is omitted.
 json::array to_json(const Movement& movement) {
   json::array out{movement.begin_s, movement.duration_s, movement.path_m, movement.peak_speed_m_per_s};
   if (std::isfinite(movement.smoothness)) out.emplace_back(movement.smoothness);

@@ -8,9 +8,10 @@
 
 namespace tandem::lab {
 
-/// Numbers that are not known are left out.
+/// Returns the JSON of a session. Unknown numbers (NaN) are omitted.
 boost::json::object to_json(const SessionMeasures& session);
 
+/// Parses the JSON of a session.
 /// In      origin  file name for error messages
 /// Fails   std::invalid_argument, which names file, field, value and remedy
 SessionMeasures session_from_json(const boost::json::value& value, const std::string& origin);

@@ -38,7 +38,7 @@ std::string reason_of(int error) {
   return std::generic_category().message(error);
 }
 
-/// Letters and digits that are not confused when read aloud or by hand (Crockford's Base32).
+/// Letters and digits that are not confused with each other in speech or handwriting (Crockford's Base32).
 constexpr std::string_view kAlphabet = "0123456789ABCDEFGHJKMNPQRSTVWXYZ";
 
 std::string random_text(std::size_t length) {
@@ -82,7 +82,7 @@ void make_own_folder(const fs::path& folder) {
                               "); check the path and its rights");
 }
 
-/// Returns the number of a session's file; 0 for another file.
+/// Returns the number in the name of a session's file; 0 for other files.
 int session_number(const fs::path& file) {
   const std::string name = file.filename().string();
   if (!name.starts_with(kSession) || !name.ends_with(kSessionEnd)) return 0;
@@ -105,7 +105,7 @@ void remove_tree(const fs::path& folder) {
                            "); check its rights and delete again");
 }
 
-/// Completes interrupted deletions. Returns their number.
+/// Completes interrupted deletions. Returns the number of completed deletions.
 std::size_t remove_leftovers(const fs::path& folder) {
   std::vector<fs::path> found;
   std::error_code error;
@@ -120,7 +120,7 @@ std::size_t remove_leftovers(const fs::path& folder) {
   return found.size();
 }
 
-/// Returns whether a file contains a text; none if the file cannot be read.
+/// Returns whether a file contains the text; none if the file cannot be read.
 std::optional<bool> contains(const fs::path& file, const std::string& text) {
   std::ifstream in(file, std::ios::binary);
   if (!in) return std::nullopt;
@@ -135,7 +135,8 @@ std::optional<bool> contains(const fs::path& file, const std::string& text) {
   return in.bad() ? std::nullopt : std::optional(false);
 }
 
-/// Finds the files and folders below `folder` that have `text` in their name or content, and those that it cannot read.
+/// Searches all files and folders below `folder`. Returns those whose name or content has `text`, and those that cannot
+/// be read.
 PersonStore::Removal search(const fs::path& folder, const std::string& text) {
   PersonStore::Removal out;
   std::vector<fs::path> folders{folder};
@@ -170,7 +171,8 @@ PersonStore::PersonStore(fs::path folder) : folder_(std::move(folder)) {
   if (folder_.empty()) throw std::invalid_argument("--data: neither XDG_DATA_HOME nor HOME is set; name a folder");
 }
 
-/// Fails   std::invalid_argument: others than the owner have rights on the folder
+/// Refuses a data folder that users other than its owner can access.
+/// Fails   std::invalid_argument: another user has rights on the folder
 void PersonStore::require_own_folder() const {
   struct stat status {};
   if (::stat(folder_.c_str(), &status) != 0 || (status.st_mode & (S_IRWXG | S_IRWXO)) == 0) return;
@@ -180,8 +182,8 @@ void PersonStore::require_own_folder() const {
                               ", so that others can reach it; run: chmod 700 " + folder_.string());
 }
 
-/// Takes a lock that other runs respect until it is released, and completes interrupted deletions. The operating system
-/// releases the lock if the program ends.
+/// Locks the folder against other runs of the program until the returned object is destroyed, and completes interrupted
+/// deletions. If the program is killed, the operating system releases the lock.
 PersonStore::Lock PersonStore::lock() const {
   require_own_folder();
   const fs::path file = folder_ / "lock";

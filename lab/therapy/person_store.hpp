@@ -1,14 +1,14 @@
-// Data folder of persons under pseudonyms.
+// Data folder with the sessions of persons. A person is identified by a pseudonym only.
 //
 //   FOLDER/                     mode 0700
-//     lock                      one run changes the folder at a time
-//     PSEUDONYM/                the only place where the pseudonym is stored
-//       session-0001.json       mode 0600; written once
-//     .removed-…                a person whose deletion was interrupted; the next run, also one that only reads,
-//                               completes it
+//     lock                      locked by a run that reads or changes the folder, so that runs do not overlap
+//     PSEUDONYM/                folder of one person; its name is the only place where the pseudonym is stored
+//       session-0001.json       measures of one session; mode 0600; written once
+//     .removed-…                folder of a person whose deletion was interrupted. The next run of any subcommand that
+//                               opens the data folder completes the deletion
 //
-// The pseudonym is the name of a folder, and no file contains it. A deletion first gives the folder another name, in one
-// step. From then on no byte of the pseudonym is left, even if the deletion is interrupted.
+// A deletion first renames the folder of the person, which is a single atomic operation. Afterwards the pseudonym is
+// stored nowhere, even if the rest of the deletion is interrupted.
 #pragma once
 
 #include <filesystem>
@@ -27,13 +27,13 @@ namespace tandem::lab {
 std::filesystem::path default_person_folder();
 
 struct StoredSession {
-  int number = 0;  ///< from 1
+  int number = 0;  ///< number of the session, counted from 1
   SessionMeasures measures;
 };
 
-/// Each function refuses a folder that others than its owner can read or change.
+/// Sessions of persons in a data folder. Each function refuses a folder that users other than its owner can access.
 ///
-/// Fails   Every function throws std::invalid_argument or std::runtime_error, which names file, reason and remedy
+/// Fails   every function: std::invalid_argument or std::runtime_error, which names file, reason and remedy
 class PersonStore {
  public:
   /// Result of a deletion. The person is gone in any case.
@@ -43,22 +43,23 @@ class PersonStore {
     std::vector<std::filesystem::path> unreadable;  ///< paths that could not be searched
   };
 
-  /// The folder is created by create().
+  /// Opens a data folder. A missing folder is created by create().
   explicit PersonStore(std::filesystem::path folder);
 
   /// Creates a person. Returns the pseudonym.
-  /// In      pseudonym  6 to 32 of A–Z, 0–9 and -, with a letter first and a digit; empty: a random one of 60 bits
-  /// Fails   the pseudonym is in use or has another form
+  /// In      pseudonym  6 to 32 characters of A–Z, 0–9 and -, beginning with a letter and with at least one digit;
+  ///         empty: a random one of 60 bits
+  /// Fails   the pseudonym is in use or malformed
   std::string create(const std::string& pseudonym);
   /// Returns the pseudonyms in alphabetical order.
   std::vector<std::string> persons() const;
   /// Stores a session and returns its number.
   /// Fails   there is no such person, or a session of this recording is stored already
   int add(const std::string& pseudonym, const SessionMeasures& session);
-  /// Returns the sessions by their number.
+  /// Returns the sessions of a person, sorted by number.
   std::vector<StoredSession> sessions(const std::string& pseudonym) const;
-  /// Deletes a person. If this run completes an interrupted deletion, a person who does not exist counts as deleted,
-  /// because the folder no longer has the name of that person.
+  /// Deletes a person. If this call completed an interrupted deletion, a missing person counts as deleted, because the
+  /// folder of an interrupted deletion does not have the person's name.
   /// Fails   there is no such person, or a file cannot be removed
   Removal remove(const std::string& pseudonym);
 

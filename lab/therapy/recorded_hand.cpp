@@ -19,7 +19,8 @@ namespace {
 constexpr std::size_t kMaxToolSamples = 2'000'000;
 constexpr std::size_t kMaxNameWidth = 64;
 constexpr std::size_t kMaxUsersListed = 16;
-/// Difference between the client's and the server's clock, beyond which the time of arrival is used.
+/// Largest accepted deviation of a sample's time from its time of arrival. With a larger deviation, the client's clock
+/// is regarded as set anew, and its offset is measured again.
 constexpr double kMaxClockStep_s = 0.5;
 constexpr double kMaxForce_n = 1e6;
 constexpr double kMaxScore = 1e12;
@@ -34,8 +35,9 @@ double seconds_between(std::uint64_t from_ns, std::uint64_t to_ns) {
   return is_later ? magnitude : -magnitude;
 }
 
-/// Times of a client's samples. The client's own clock has no jitter of the network; its offset is that of the first
-/// sample. Without a usable clock the time of arrival is used.
+/// Converts the time stamps of a client's samples to the time of the recording. The client's time stamps are preferred
+/// to the times of arrival, because they contain no network jitter. Their offset is measured at the first sample. A
+/// sample without a usable time stamp gets its time of arrival.
 class SampleTime {
  public:
   double at_s(double arrival_s, std::uint64_t sent_ns) {
@@ -57,10 +59,10 @@ class SampleTime {
   double offset_s_ = 0;
 };
 
-/// Follows the events of a game.
+/// Collects the levels and goals of a game from its recorded events.
 class GameLog {
  public:
-  /// In      room  must outlive this; it may be filled later
+  /// In      room  must outlive this object; it may be filled after the construction
   explicit GameLog(const wire::RecordedRoom& room) : room_(room) {}
 
   void add(const wire::GameEvent& event, std::uint64_t at_ns) {
@@ -96,12 +98,12 @@ class GameLog {
       case Event::STARTED:
         outcome_ = PartOutcome::kOpen;
         break;
-      default:  // of a later version
+      default:  // event kind of a later version of the format
         break;
     }
   }
 
-  /// A room that resumes a game is in a level from its first state on.
+  /// Adds the saved state of a game. A room that resumes a game is in a level before the first event of the recording.
   void add(const wire::GameCheckpoint& game, std::uint64_t at_ns) {
     has_game_ = true;
     if (level_ || !parts_.empty() || game.phase() != wire::GameState::PLAYING) return;
@@ -109,7 +111,7 @@ class GameLog {
     open_level(game.level(), at_ns);
   }
 
-  /// Ends the log and moves its parts to `out`, sorted by their begin.
+  /// Ends the log and moves its levels and goals to `out`, sorted by their start.
   void finish(std::uint64_t end_ns, std::uint64_t joined_ns, RecordedHand& out) {
     close_level(PartOutcome::kOpen, end_ns);
     if (!has_game_) return;
@@ -143,7 +145,7 @@ class GameLog {
   void open_level(std::uint32_t level, std::uint64_t at_ns) {
     level_ = {PartKind::kLevel, PartOutcome::kOpen, level_name(level), at_ns, at_ns, score_};
     goal_begin_ns_ = at_ns;
-    outcome_ = PartOutcome::kOpen;  // a finished game begins anew
+    outcome_ = PartOutcome::kOpen;  // a game that continues after its end counts as a new game
   }
   void close_level(PartOutcome outcome, std::uint64_t at_ns) {
     if (!level_) return;
@@ -153,7 +155,7 @@ class GameLog {
     append(*level_);
     level_.reset();
   }
-  /// Returns null for a level that the scene does not have.
+  /// Returns the description of a level; null if the scene does not contain the level.
   const wire::Level* find_level(std::uint32_t level) const {
     const auto& levels = room_.scene().game().levels();
     return level < static_cast<std::uint32_t>(levels.size()) ? &levels[static_cast<int>(level)] : nullptr;
@@ -175,7 +177,7 @@ class GameLog {
 
   const wire::RecordedRoom& room_;
   std::vector<Part> parts_;
-  std::optional<Part> level_;  ///< current level; its score is the total at its start
+  std::optional<Part> level_;  ///< current level; until it is closed, its `score` is the total score at its start
   std::uint64_t goal_begin_ns_ = 0;
   double score_ = 0;
   PartOutcome outcome_ = PartOutcome::kNone;
@@ -300,10 +302,10 @@ class HandReader {
   wire::RecordedRoom room_;
   wire::RecordedStep step_;
   wire::RecordedStates states_;
-  std::set<std::string> names_;        ///< of users with a tool
-  std::optional<std::uint32_t> seat_;  ///< of the user, while present
+  std::set<std::string> names_;        ///< names of the users with a tool
+  std::optional<std::uint32_t> seat_;  ///< seat of the measured user; none while the user is absent
   std::uint32_t user_id_ = 0;
-  std::optional<std::uint64_t> joined_ns_;  ///< of the first join
+  std::optional<std::uint64_t> joined_ns_;  ///< time of the user's first join
   std::uint64_t last_ns_ = 0;
   SampleTime time_;
   MotionSampler sampler_;

@@ -1,4 +1,4 @@
-// Reads what a recording of a room has about one user: the motion of the hand, forces, held bodies, and the game.
+// Reads the data of one user from the recording of a room: motion of the hand, forces, held bodies, and the game.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,8 @@ struct ToolSample {
   std::uint32_t held_body = 0;
 };
 
-/// Part of a game with its times after the user's join. It may begin before the join, with a negative time.
+/// A level or goal of a game. Its times count from the user's join, so a part that began before the join has a negative
+/// begin.
 struct GamePart {
   PartKind kind = PartKind::kLevel;
   PartOutcome outcome = PartOutcome::kOpen;
@@ -33,11 +34,12 @@ struct RecordedHand {
   PartOutcome game_outcome = PartOutcome::kNone;
   double score = PartMeasures::kUnknown;
   std::uint64_t recording = 0;
-  std::uint64_t joined_ns = 0;  ///< since 1970
+  std::uint64_t joined_ns = 0;  ///< time of the user's first join [ns since 1970]
   std::string scene;
   bool is_damaged = false;
 };
 
+/// Reads the data of a user from a recording.
 /// Fails   see measure_session()
 RecordedHand read_hand(const std::filesystem::path& file, const std::string& user);
 

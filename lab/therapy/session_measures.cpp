@@ -13,7 +13,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Adds force, grasps and held bodies of the tool within begin_s ≤ t < end_s.
+/// Adds the forces and the held bodies of the tool in the interval part.begin_s ≤ t < end_s to `part`.
 void add_tool(const std::vector<ToolSample>& samples, double end_s, PartMeasures& part) {
   std::set<std::uint32_t> objects;
   double sum_n = 0, peak_n = 0;
@@ -108,7 +108,7 @@ SessionMeasures measure_session(const std::filesystem::path& file, const std::st
       hand, movements, {PartKind::kSession, hand.game_outcome, "session", 0, hand.motion.duration_s(), hand.score}));
   if (calibration_s) session.calibration = calibration_of(hand.motion, *calibration_s, file);
   for (const GamePart& part : hand.game_parts) {
-    if (part.end_s <= 0 || part.begin_s >= hand.motion.duration_s()) continue;  // the user was not in the room
+    if (part.end_s <= 0 || part.begin_s >= hand.motion.duration_s()) continue;  // the user was absent
     session.parts.push_back(measure(hand, movements, part));
   }
   movements.resize(std::min(movements.size(), kMaxMovements));

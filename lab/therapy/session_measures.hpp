@@ -1,4 +1,4 @@
-// Measures of one user in one session, from the recording of a room.
+// Measures of one user in one session, computed from the recording of a room.
 #pragma once
 
 #include <cstdint>
@@ -12,32 +12,33 @@
 
 namespace tandem::lab {
 
-/// Largest number of levels and goals of a session. A session with more is refused.
+/// Largest number of levels and goals in a session. A session with more of them is refused.
 inline constexpr std::size_t kMaxParts = 2000;
-/// Largest number of movements that are stored one by one. The measures include all.
+/// Largest number of movements that are stored individually. The other measures include all movements.
 inline constexpr std::size_t kMaxMovements = 10'000;
 
 enum class PartKind : std::uint8_t { kSession, kLevel, kGoal };
-/// kNone: the scene has no game. kOpen: the recording ends, or another level starts, before the end of the level.
+/// Outcome of a part. kNone: the scene has no game. kOpen: the recording or the try of the level ended without a
+/// result.
 enum class PartOutcome : std::uint8_t { kNone, kReached, kFailed, kOpen };
 
 std::string text_of(PartKind kind);
 std::string text_of(PartOutcome outcome);
 
-/// Measures of a whole session, of one try of a level, or of a goal. Times count from the user's join. Numbers that are
-/// not known are NaN.
+/// Measures of a part: a whole session, one try of a level, or a goal. Times count from the user's join. Unknown
+/// numbers are NaN.
 struct PartMeasures {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
   PartKind kind = PartKind::kSession;
   PartOutcome outcome = PartOutcome::kNone;
   std::string name;
-  double begin_s = 0;   ///< a goal begins with its level or, if the goals are in order, with the end of the one before
-  double time_s = 0;    ///< duration
-  double moving_s = 0;  ///< duration of the movements
-  double path_m = 0;    ///< path of the hand
-  double score = kUnknown;                                  ///< gained points
-  double force_mean_n = kUnknown, force_peak_n = kUnknown;  ///< magnitude of the force of the coupling on the hand
+  double begin_s = 0;       ///< start; a goal starts with its level or, for goals in order, when the previous goal ends
+  double time_s = 0;        ///< duration
+  double moving_s = 0;      ///< total duration of all movements
+  double path_m = 0;        ///< length of the hand's path
+  double score = kUnknown;  ///< points that were gained in this part
+  double force_mean_n = kUnknown, force_peak_n = kUnknown;  ///< magnitude of the coupling force on the hand
   /// Smoothness of the movements that begin in this part: median and quartiles.
   double smoothness = kUnknown, smoothness_low = kUnknown, smoothness_high = kUnknown;
   std::uint64_t movements = 0;
@@ -47,27 +48,27 @@ struct PartMeasures {
 };
 
 struct SessionMeasures {
-  std::uint64_t recording = 0;  ///< number of the recording; the same session is not stored twice
+  std::uint64_t recording = 0;  ///< number of the recording, by which a second import of the session is refused
   std::string begun_utc;        ///< time of the user's join, such as 2026-12-01T10:00:00Z
   std::string scene;
-  bool is_cut = false;                       ///< the recording is damaged; the readable part was measured
-  std::optional<MotionRange> calibration{};  ///< range of motion before the session
-  std::vector<PartMeasures> parts;           ///< first the session, then levels and goals by their begin
-  std::vector<Movement> movements;           ///< the first kMaxMovements
+  bool is_cut = false;                       ///< true: the recording is damaged, and only a part was measured
+  std::optional<MotionRange> calibration{};  ///< range of motion before the session; none: no calibration
+  std::vector<PartMeasures> parts;           ///< the session, then its levels and goals, sorted by begin_s
+  std::vector<Movement> movements;           ///< the first kMaxMovements movements
 
   const PartMeasures& whole() const { return parts.front(); }
-  /// Number of parts of this kind and outcome.
+  /// Returns the number of parts of this kind with this outcome.
   std::size_t count(PartKind kind, PartOutcome outcome) const;
 };
 
 /// Measures a session.
 /// In      file  first file of a recording by `tandem-server --record`
-///         user  name of the user in the recording; empty: its only user with a tool
-///         calibration_s  first seconds after the join of the user that are the calibration, 1..kMaxSession_s; none: the
-///                 session has no calibration
-/// Fails   std::invalid_argument, which names file, field and remedy: the file is no recording of a room, the user is
-///         not in it or not the only one, no motion of the user was recorded, less than 1 s of the calibration was
-///         recorded, or a limit is exceeded
+///         user  name of the user in the recording; empty: the only user with a tool
+///         calibration_s  duration of the calibration, which begins with the user's join, 1..kMaxSession_s; none: the
+///         session contains no calibration
+/// Fails   std::invalid_argument, which names file, field and remedy: the file is not a recording of a room; the user
+///         is not in it, or `user` is empty and there are several; no motion of the user was recorded; less than 1 s of
+///         the calibration was recorded; or a limit is exceeded
 SessionMeasures measure_session(const std::filesystem::path& file, const std::string& user,
                                 std::optional<double> calibration_s = {});
 

@@ -19,7 +19,7 @@ constexpr double kNoLength = std::numeric_limits<double>::quiet_NaN();
 
 using Complex = std::complex<double>;
 
-/// Moves each element to the index whose bits are in reverse order.
+/// Permutes the elements by bit reversal of their indices, as the radix-2 transform requires.
 void reverse_order(std::vector<Complex>& values) {
   for (std::size_t i = 1, j = 0; i < values.size(); ++i) {
     std::size_t bit = values.size() >> 1U;
@@ -29,8 +29,8 @@ void reverse_order(std::vector<Complex>& values) {
   }
 }
 
-/// Discrete Fourier transform in place, by the radix-2 algorithm of Cooley and Tukey.
-/// In      values  their number is a power of two
+/// Computes the discrete Fourier transform in place, by the radix-2 algorithm of Cooley and Tukey.
+/// In      values  their number must be a power of two
 void transform(std::vector<Complex>& values) {
   reverse_order(values);
   std::vector<Complex> roots(values.size() / 2);
@@ -59,7 +59,7 @@ bool is_usable(std::span<const double> speed, double rate_hz) {
 
 double spectral_arc_length(std::span<const double> speed, double rate_hz) {
   if (!is_usable(speed, rate_hz)) return kNoLength;
-  // The division prevents an overflow of the sum.
+  // The speeds are divided by their maximum, so that their sum cannot overflow.
   const double largest = *std::ranges::max_element(speed);
   std::vector<Complex> spectrum(std::bit_ceil(speed.size()) << kPaddingLevel);
   std::ranges::transform(speed, spectrum.begin(), [largest](double value) { return Complex(value / largest); });

@@ -37,7 +37,7 @@ std::string plural(std::size_t count, const std::string& word) {
   return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
 }
 
-// Answer ----------------------------------------------------------------------
+// Text of the first page.
 
 std::string game_words(const SessionMeasures& session) {
   if (session.whole().outcome == PartOutcome::kNone) return {};
@@ -45,7 +45,7 @@ std::string game_words(const SessionMeasures& session) {
   return " " + plural(reached, "level") + " reached, score " + format_significant(session.whole().score, 6) + ".";
 }
 
-/// Returns the change of the smoothness since the first session in which it is known.
+/// Returns a sentence about the change of the smoothness since the first session in which it is known.
 std::string change_words(std::span<const StoredSession> sessions, std::size_t index) {
   const auto first = std::ranges::find_if(
       sessions, [](const StoredSession& session) { return std::isfinite(session.measures.whole().smoothness); });
@@ -64,7 +64,7 @@ std::string answer(std::span<const StoredSession> sessions, std::size_t index) {
          game_words(session) + change_words(sessions, index);
 }
 
-// Tables ----------------------------------------------------------------------
+// Tables of the report.
 
 const std::vector<Column> kMeasureColumns{{"Time", "s"},
                                           {"Movements", "1"},
@@ -86,7 +86,7 @@ std::vector<std::string> measure_cells(const PartMeasures& part) {
           format_significant(part.score, 6)};
 }
 
-/// Returns an empty table with the measures behind `columns`; add_row() fills it.
+/// Returns an empty table with `columns`, followed by the columns of the measures. add_row() fills it.
 Table measures_table(const std::string& caption, std::vector<Column> columns) {
   columns.insert(columns.end(), kMeasureColumns.begin(), kMeasureColumns.end());
   return {caption, std::move(columns), {}};
@@ -107,7 +107,7 @@ Table levels_table(const std::string& caption, std::span<const PartMeasures* con
   return table;
 }
 
-/// A goal belongs to the last level that precedes it in the list of parts.
+/// Returns the table of the goals. Each goal belongs to the last level before it in the list of parts.
 Table goals_table(const SessionMeasures& session) {
   Table table = measures_table("Goals", {text_column("Level"), text_column("Goal"), text_column("Outcome")});
   std::string level;
@@ -162,7 +162,7 @@ Table reach_table(const SessionMeasures& session) {
   return table;
 }
 
-/// Returns which share of the calibrated range was used along each axis.
+/// Returns a sentence about the used fraction of the calibrated range along each axis.
 std::string used_words(const SessionMeasures& session) {
   if (!session.calibration || !session.whole().range) return {};
   const Vec3 used = session.whole().range->size_m(), able = session.calibration->size_m();
@@ -174,11 +174,11 @@ std::string used_words(const SessionMeasures& session) {
   return text + ".";
 }
 
-// Figures ---------------------------------------------------------------------
+// Figures of the report.
 
 using MeasureOf = std::function<double(const SessionMeasures&)>;
 
-/// Returns a plot of measures over the numbers of the sessions.
+/// Returns a plot of measures as a function of the session number.
 Plot progress_plot(std::span<const StoredSession> sessions, const std::string& what, const PlotAxis& y) {
   Plot plot;
   plot.description = what + " over the sessions";
@@ -327,7 +327,7 @@ std::string number_text(double value) {
   return std::string(text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr);
 }
 
-/// Returns a text in quotes. One that a spreadsheet would evaluate as a formula begins with an apostrophe.
+/// Returns text in quotes for CSV. If a spreadsheet would evaluate the text as a formula, an apostrophe precedes it.
 std::string quoted(const std::string& text) {
   const std::string clean = printable(text);
   const bool is_formula = !clean.empty() && std::string_view("=+-@\t\r").find(clean.front()) != std::string_view::npos;

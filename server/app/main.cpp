@@ -50,8 +50,8 @@ struct Options {
   std::optional<std::filesystem::path> keep;  ///< folder for saved poses; none: in the folder of the server's state
   std::filesystem::path record;               ///< empty: no recording
   recording::RotationSettings rotation;
-  std::optional<std::string> metrics;  ///< address as [ADDRESS:]PORT
-  std::optional<std::string> agones;   ///< port of the sidecar, or "auto"
+  std::optional<std::string> metrics;  ///< address of the metrics port, as [ADDRESS:]PORT
+  std::optional<std::string> agones;   ///< port of Agones' sidecar, or "auto"
   std::filesystem::path on_call;       ///< program that is run when a game calls a person; empty: none
 };
 
@@ -230,8 +230,8 @@ std::string machine_note(const server::LoadedScene& scene, Duration step) {
 }
 
 std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, realtime::Output& output) {
-  // The check is here and not in CLI11. If an option is misspelt, CLI11 would report the missing --scene first,
-  // although the misspelt option is the mistake.
+  // --scene is checked here and not by CLI11. If an option is misspelt, CLI11 would report the missing --scene first
+  // and hide the actual mistake.
   if (options.scenes.empty())
     throw std::invalid_argument(
         "--scene is required, e.g. --scene peg_in_hole, or --receptor and --ligand; see --help");
@@ -373,7 +373,7 @@ std::uint64_t lost_of(const server::ServerRecorder& recorder) {
   return lost;
 }
 
-/// Returns a line if the game of a room calls a person and no program is given for that; otherwise an empty string.
+/// Returns a warning if the game of a room calls a person but --on-call names no program; otherwise an empty string.
 std::string missing_call(const Options& options, const server::Room& room) {
   const wire::CallRule& call = room.scene().description.game().call();
   if (!options.on_call.empty() || !(call.at_time_limit() || call.at_state_limit())) return "";

@@ -45,6 +45,7 @@ std::shared_ptr<void> lock_state(const std::filesystem::path& state);
 
 std::shared_ptr<const secure::TlsContext> tls_of(const ServerKeys& keys);
 /// Returns the settings with which a server admits users: its own key, and the keys whose tokens it accepts.
+/// Converts the keys and the options of the command line to rules of admission.
 /// Fails   std::invalid_argument: one of the issuers is not a valid key
 AdmissionSettings admission_of(const ServerKeys& keys, const SecurityOptions& options);
 
@@ -54,8 +55,8 @@ std::uint64_t unix_ms_now();
 /// Rights that a join token grants, and its validity.
 struct Invited {
   std::string role = "manipulator";
-  std::string room{};  ///< empty: any room
-  std::string name{};  ///< empty: chosen by the user
+  std::string room{};  ///< room that the token admits to; empty: any room
+  std::string name{};  ///< name of the user; empty: chosen by the user
   double max_force_n = 0;
   Duration life{std::chrono::minutes(15)};
 };
@@ -63,6 +64,7 @@ struct Invited {
 /// Fails   std::invalid_argument: not a time, or too long; the message names value, limit and remedy
 Duration valid_for(const std::string& text);
 /// Returns a join token with these rights for one server, signed by `issuer`.
+/// Issues a join token for the rights in `invited`, valid for the server with the key id `audience`.
 /// Fails   std::invalid_argument: a value is out of the range in proto/join_token.hpp
 proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, const secure::KeyPair& issuer);
 

@@ -30,7 +30,7 @@ constexpr double kZeroArea_kt = 1;
 /// core.
 constexpr std::size_t kMaxPairs = 2'000'000'000;
 constexpr double kMass_kg = 0.2;
-/// Colours in the window of the two tools that hold the molecules.
+/// Display colours (red, green, blue) of the two tools that hold the molecules.
 constexpr std::array kColors{std::array{0.0, 0.62, 0.45}, std::array{0.8, 0.47, 0.65}};
 
 StructureSource structure_source(const wire::MoleculeSource& message) {
@@ -93,10 +93,9 @@ void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource
   append_rounded(tool.mutable_placement()->mutable_position_m(), {0, y_m, 0}, 1e-6);
 }
 
-/// Sets the default law. For small molecules its stiffness is about that of the linear spring in the shipped docking
-/// scene at 1 N, the strongest attraction. A smaller length scale needs a stiffer spring. Reason: the force that pushes
-/// a ligand through a narrow passage is proportional to the lag in ångström, and with the smaller scale 1 Å is fewer
-/// metres.
+/// Sets the default coupling law. At kMetresPerAngstrom, the scale of small molecules, the translational stiffness is
+/// 500 N/m. It is inversely proportional to the length scale. Reason: the force on a ligand in a narrow passage depends
+/// on the lag in ångström, and at a smaller scale 1 Å corresponds to fewer metres of the hand.
 void set_coupling(wire::Coupling& coupling, double metres_per_angstrom) {
   constexpr double kMaxTurn = 1.75;
   const double stiffer = kMetresPerAngstrom / metres_per_angstrom, turn = std::min(stiffer, kMaxTurn);

@@ -8,13 +8,13 @@
 namespace tandem::server {
 
 /// Makes a scene with two tools: one holds the receptor, the other the ligand. Their relative orientation is that of
-/// the files. They are moved apart along the line of centres to a gap of 8 Å. Settings that the arguments leave open
-/// get these values:
+/// the files. They are moved apart along the line of centres to a gap of 8 Å. Settings that are not given in the
+/// arguments get these values:
 ///
-///   hydrogens     those of the file; if it has none, they are built
-///   charges       ε = 4r
-///   pairs         all, up to a million; for more, choose_field() decides, with the same result if A and B are swapped
-///   zero area     1 kT above the minimum, in which no force is displayed; only up to a million pairs
+///   hydrogens     those of the file; if the file has none, they are built
+///   dielectric    ε = 4r, where r is the distance of two atoms in Å
+///   atom pairs    all pairs, if there are at most a million; otherwise choose_field() sets a cut-off
+///   zero area     no force is displayed below 1 kT above the minimum; only for at most a million pairs
 ///   force scale   the strongest attraction becomes 1 N
 ///   length scale  10 mm for 1 Å; less if the larger radius of gyration would exceed 80 mm
 ///

@@ -91,8 +91,8 @@ void add(Solid& sum, const Solid& part) {
   sum.volume = volume;
 }
 
-/// Sets the principal axes. If the axes of B are principal already, they are kept, so that symmetric bodies keep their
-/// frame.
+/// Sets the principal axes. If the axes of the body frame B are principal axes, they are kept, so that symmetric bodies
+/// keep their frame.
 void set_inertia(MassProperties& properties, const Mat3& second_moment) {
   const Mat3 inertia = second_moment.trace() * Mat3::Identity() - second_moment;
   const Mat3 coupled = inertia - inertia.diagonal().asDiagonal().toDenseMatrix();

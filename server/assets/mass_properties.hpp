@@ -9,7 +9,8 @@
 
 namespace tandem::server {
 
-/// Returns the mass properties of solids of equal density. Overlaps count twice; a sheet counts as its convex hull.
+/// Returns the mass properties of solids of equal density. The mass in overlaps of two shapes counts twice. A sheet is
+/// replaced by its convex hull.
 /// Fails   std::domain_error: the shapes enclose no volume (a flat mesh)
 MassProperties mass_properties_of(double mass_kg, const std::vector<SolidShape>& shapes);
 

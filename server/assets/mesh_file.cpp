@@ -42,7 +42,7 @@ constexpr std::size_t kMaxDescription = std::size_t{4} << 20U;
 /// Range of plausible sizes of objects touched by hand. Other sizes are allowed, but often result from a missing scale.
 constexpr double kMinPlausible_m = 1e-3, kMaxPlausible_m = 3;
 
-/// Returns the remedy for a missing file: its Debian package if the folder belongs to one, otherwise `otherwise`.
+/// Returns the remedy for a missing file: the Debian package of its folder, or the text `otherwise` if there is none.
 std::string remedy_for(const std::filesystem::path& file, const std::string& otherwise) {
   const std::string text = file.string();
   const auto is_below = [&text](const char* folder) { return text.rfind(folder, 0) == 0; };

@@ -13,15 +13,18 @@
 namespace tandem::server {
 
 /// Reads a whole file of at most 64 MiB.
-/// In      remedy  advice if the file is missing; ignored for a data file of a known Debian package, which is named
-///         instead
+/// In      remedy  advice in the message about a missing file. For a data file of a known Debian package, the message
+///         names that package instead
 /// Fails   std::runtime_error
 std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const std::string& remedy);
 
 /// Returns the triangles of all parts of a mesh in one frame with z up. Vertices that differ only in colour or normal
-/// are merged. The extension of `file` selects the format; messages name `file`. Unit and up axis depend on the format:
-/// metres and y for .gltf and .glb, the asset element for .dae, z for .3ds. Other formats keep the unit of the file,
-/// and z is up. Buffers of a .gltf are read from its folder or below.
+/// are merged. The extension of `file` selects the format; messages name `file`. Buffers of a .gltf are read from its
+/// folder or below. Unit and up axis of the vertices in the file are:
+/// * .gltf, .glb: metre, y up
+/// * .dae: as its asset element states
+/// * .3ds: unit of the file, z up
+/// * other formats: unit of the file, z up
 /// Fails   std::runtime_error: the file is empty or not a mesh; it has more than a million triangles, or a vertex that
 ///         is not finite; rounding far from the origin changes its shape; or its extension is not supported
 geometry::TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& file);
@@ -36,7 +39,8 @@ bool states_up_axis(const std::filesystem::path& file);
 bool is_too_large(double size_m);
 
 /// Returns a question to the user about an implausible size: "60 m large, if a unit of the file is 1 m: is that
-/// right?". Returns an empty string for a plausible size. For meshes whose scale was not derived from a requested size.
+/// right?". Returns an empty string for a plausible size. It is meant for meshes whose scale was not derived from a
+/// requested size.
 std::string doubt_of_size(double size_m, double scale_m, const std::filesystem::path& file);
 
 /// Combines read_asset_file() and mesh_of_bytes().

@@ -35,7 +35,7 @@ inline constexpr std::size_t kMaxReplyBytes = 9 + kMaxVertices * 24 + kMaxTriang
 constexpr std::size_t address_space_limit(std::size_t file_bytes) {
   return (std::size_t{384} << 20U) + 40 * file_bytes;
 }
-/// Limit of processor time. For the same files the reader was measured to need at most 0.065 s per MiB.
+/// Limit of processor time. The reader was measured to need at most 0.065 s per MiB for files with a million triangles.
 constexpr std::size_t cpu_limit_s(std::size_t file_bytes) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   return 40 + (file_bytes >> 20U);

@@ -40,7 +40,7 @@ constexpr int kSides = 6;
 constexpr int kExits = 24, kSettlingSteps = 40, kSlidingSteps = 10;
 constexpr double kBlocked_kcal_per_mol = 50, kHopeless_kj_per_mol = 1e9;
 constexpr double kDrawStep_angstrom = 0.25, kSlide_angstrom = 0.1;
-/// Force above which there is an attraction [kcal/mol/Å].
+/// Attraction below which two molecules are treated as not attracting each other [kcal/mol/Å].
 constexpr double kNoPull = 1e-3;
 /// Minimum depth of the energy well below the zero area (energies near the minimum without displayed force) [kT]. With
 /// less depth no attraction could be felt.
@@ -152,7 +152,8 @@ class Approach {
     return std::isfinite(easiest) ? easiest : 0;
   }
 
-  /// Returns the energy on the approach at which the repulsive force reaches `push` [kcal/mol].
+  /// Returns the energy [kcal/mol] at the point of the approach where the repulsive force first reaches `push`
+  /// [kcal/mol/Å].
   double energy_of_push(const Way& way, double push) {
     double energy = 0;
     for (double in = -kSearchOut_angstrom; in < kSearchIn_angstrom; in += kFineStep_angstrom) {
@@ -285,9 +286,9 @@ class Probe {
   /// Fraction of the total work that the approaches need; used for the progress report.
   static constexpr double kPartOfWays = 0.3;
 
-  /// Returns the model for the probe. If a step cannot evaluate all pairs, the model has a cut-off and a far-field
-  /// grid: the probe makes thousands of evaluations, which would take minutes with all pairs. The results are rounded
-  /// to four digits.
+  /// Returns the field model for the probe. If there are too many pairs to evaluate all of them in a simulation step,
+  /// the model gets a cut-off and a far-field grid. Otherwise the thousands of evaluations of the probe would take
+  /// minutes. Their results are rounded to four digits.
   static FieldModel probed(const Molecule& a, const Molecule& b, FieldModel model) {
     if (model.cutoff_angstrom == 0) docking::choose_cutoff(a, b, model);
     return model;

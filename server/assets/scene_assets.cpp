@@ -27,7 +27,7 @@ constexpr double kFullResolutionSize_m = 0.2;
 constexpr const char* kMillimetres = "0.001 if the file is in millimetres";
 
 /// Size of a contact asset [bytes] above which a coarse asset is made in addition. Clients use the coarse asset until
-/// they have received the full one. The factors below multiply cell sizes, tolerance and point distances for the coarse
+/// they have received the full one. The factors below multiply cell sizes, tolerance and point distances of the full
 /// asset.
 constexpr std::size_t kMaxBytesWithoutCoarse = 200 * 1024;
 constexpr double kCoarseCells = 4;

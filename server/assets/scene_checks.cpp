@@ -75,8 +75,8 @@ void complete_limits(wire::Scene& scene) {
   if (!limits.has_bounds_m()) limits.set_bounds_m(std::max(kDefaultBounds_m, 2 * farthest_start_m(scene)));
 }
 
-/// Adds every missing sub-message, and the defaults that the table of ranges (proto/scene_ranges.hpp) lacks: those that
-/// are not numbers, or that depend on other fields.
+/// Adds every missing sub-message. Adds the defaults that the table of ranges (proto/scene_ranges.hpp) lacks, because
+/// they are not numbers or depend on other fields.
 void complete(wire::Scene& scene) {
   for (wire::Body& body : *scene.mutable_bodies()) {
     body.mutable_placement();
@@ -119,6 +119,7 @@ void check(const wire::Shape& shape, const SceneField& field) {
 }
 
 /// Checks the shapes of a body or a tool.
+/// Checks the shapes of a body or a tool, and their number.
 /// In      field  field of the object that owns the shapes
 void check(const Shapes& shapes, const SceneField& field) {
   if (shapes.empty()) field.in("shapes").refuse("is empty; at least one shape is needed");

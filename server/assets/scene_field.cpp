@@ -25,7 +25,7 @@ void SceneField::refuse(const std::string& text) const {
 }
 
 void SceneField::require_within(double value, double low, double high, const std::string& demand) const {
-  // Written such that NaN is refused as well.
+  // The condition is written such that NaN is refused, too.
   if (value >= low && value <= high) return;
   refuse("is " + number_text(value) + "; it must be " + demand);
 }

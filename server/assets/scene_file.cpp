@@ -69,6 +69,7 @@ wire::Scene parse(const std::string& json, const SceneField& file) {
 }
 
 /// Returns the mass properties of shapes. Refuses shapes without volume.
+/// Returns the mass properties of a body, or refuses a body without volume.
 /// In      remedy  advice in the message about a body without volume
 MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shapes, const SceneField& field,
                             const std::string& remedy) {
@@ -96,8 +97,8 @@ class SceneBuilder {
     wire::Scene& description = scene_->description;
     scene_->world = proto::world_from_wire(description);
     scene_->molecule_centres_angstrom.resize(scene_->world.bodies.size(), Vec3::Zero());
-    // All files are read before the first contact shape is built. Building takes long, and an error such as a wrong
-    // scale is thus reported at once.
+    // All files are read before the first contact shape is built. Building takes long, so an error in a file, such as a
+    // wrong scale, is reported before it.
     assets_.add_sources(description);
     for (int i = 0; i < description.bodies_size(); ++i) add_body(i);
     for (int i = 0; i < description.tools_size(); ++i) add_tool(i);
@@ -234,7 +235,7 @@ class SceneBuilder {
     assets_.notes.push_back(soft_note(scene_->soft_bodies.back(), scene_->description));
   }
 
-  /// Fills in the numbers of the molecular field that the author left open.
+  /// Fills in those numbers of the molecular field that the scene file does not specify.
   void scale_molecules() {
     if (!scene_->description.has_molecular_field()) return;
     std::vector<const docking::Molecule*> molecules;

@@ -19,7 +19,7 @@ namespace tandem::server {
 
 /// A scene that is ready to run. It is immutable; the room and the sessions share it.
 struct LoadedScene {
-  wire::Scene description;          ///< all defaults are filled in; file names are without folder
+  wire::Scene description;          ///< scene with all defaults; file names without folder
   physics::WorldDescription world;  ///< the scene in the form for the physics: masses, contact shapes, molecules
   std::vector<std::vector<SolidShape>> body_shapes;  ///< parallel to world.bodies
   std::vector<Vec3> molecule_centres_angstrom;       ///< parallel to world.bodies: origin of the molecule in its file

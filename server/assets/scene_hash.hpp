@@ -6,7 +6,7 @@
 
 namespace tandem::server {
 
-/// Returns the hash of the scene's description and of the assets that it names, except drawings.
+/// Returns the hash of the scene's description and of all assets that the scene names, except drawings.
 proto::Sha256 hash_of(const LoadedScene& scene);
 
 }  // namespace tandem::server

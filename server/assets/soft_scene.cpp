@@ -65,7 +65,7 @@ SoftWorldSettings soft_world_settings(const LoadedScene& scene) {
   for (const physics::BodyDescription& body : scene.world.bodies) {
     const SoftRigid rigid{body.touch, body.traits.friction, body.X_WB};
     const bool is_static = body.mass.mass_kg <= 0;
-    // A static body has an empty shape in `tools`, so that the indices of the other bodies do not change.
+    // A static body gets an empty entry in `tools`, so that the indices of the other bodies do not change.
     settings.tools.push_back(is_static ? SoftRigid{} : rigid);
     if (is_static && rigid.model.can_be_touched()) settings.obstacles.push_back(rigid);
   }

@@ -6,8 +6,8 @@
 
 namespace tandem::server {
 
-/// Returns the soft body at rest that a scene file describes.
-/// In      mesh   mesh of a mesh body; null for a block
+/// Makes the model of a soft body in a scene file.
+/// In      mesh   surface of a soft body of the kind `mesh`; null for a block (a cuboid soft body)
 ///         field  location of the body in the file, for refusals
 /// Fails   SceneError: the mesh is not closed, or has too many vertices
 SoftModel soft_model_of(const wire::SoftBody& body, const geometry::ContactMesh* mesh, const SceneField& field);
@@ -15,8 +15,8 @@ SoftModel soft_model_of(const wire::SoftBody& body, const geometry::ContactMesh*
 /// Returns a note for the operator: the number of nodes, and the rate of soft steps.
 std::string soft_note(const SoftModel& model, const wire::Scene& scene);
 
-/// Returns the settings of the soft world. Its `tools` are the tools of the scene followed by the bodies, in scene
-/// order; advance() receives the poses of all. Static bodies are obstacles, so their entries in advance() have no
+/// Returns the settings of the soft world. Its `tools` contain the tools of the scene, followed by the bodies in scene
+/// order. SoftWorld::advance() receives one pose for each entry. Static bodies are obstacles, so their poses have no
 /// effect.
 SoftWorldSettings soft_world_settings(const LoadedScene& scene);
 

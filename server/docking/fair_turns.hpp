@@ -19,7 +19,7 @@ namespace tandem::server {
 ///         (1) between a room's first request and its first slice, each other room receives at most 2 M;
 ///         (2) while two rooms both have work, the amounts of work that they receive differ by at most 2 M.
 /// Source  Goyal, Vin, Cheng, "Start-time Fair Queueing", SIGCOMM 1996, section 2; with equal weights
-/// Thread  one
+/// Thread  always the same thread
 class FairTurns {
  public:
   explicit FairTurns(std::size_t rooms) : rooms_(rooms) {}

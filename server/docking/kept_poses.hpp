@@ -16,15 +16,15 @@ inline constexpr std::size_t kMaxKeptPosesOfUser = 50;
 /// Saved poses of one room. A change is first written to the files, and takes effect only if that succeeds.
 ///
 /// Model   Several servers may share a folder. The first change takes a lock, which is held until destruction. From
-///         then on, no other server can change the files
-/// Thread  one at a time
+///         then on, no other server can change the files.
+/// Thread  any, one at a time
 class KeptPoses {
  public:
   /// Reads the list of the room's folder.
   ///
   /// In      room     name of the room, which is written into structure files
   ///         folder   folder of the room; if empty, no file is read or written
-  ///         of_files  pose in the structure files, as pose number 0
+  ///         of_files  pose number 0: the pose in the structure files
   ///         pair     must outlive this object
   KeptPoses(std::string room, std::filesystem::path folder, wire::KeptPose of_files, const MoleculePair& pair);
   ~KeptPoses();
@@ -46,6 +46,7 @@ class KeptPoses {
   /// Adds a pose with the next number.
   std::string add(const wire::KeptPose& pose);
   /// Removes a pose and its structure files.
+  /// Deletes a saved pose.
   /// In      number  number of a saved pose
   std::string remove(std::uint32_t number);
   /// Changes the name of a pose in the list. Structure files are named by number, so they do not change.

@@ -23,12 +23,14 @@ namespace tandem::server {
 /// Serves rooms whose scenes have exactly two molecules, with at most kMaxPairsToKeep pairs of atoms. Ignores other
 /// rooms.
 ///
-/// Model   Requests move the second molecule, or the first if the second is static. Poses are saved in `folder`
-///         (kept_pose_files.hpp); the next server with the same room and scene reads them. Undo returns to the previous
-///         rest pose, or to the pose before a request moved the molecule. A pose becomes a rest pose if the molecule
-///         stays there for kRests_s and if it is farther than kElsewhere_angstrom from the previous rest pose. Redo
-///         reverses undo until the molecule is moved by other means. Each accepted request gets one answer, at the
-///         latest in refuse_unanswered().
+/// Model   1. Requests move the second molecule, or the first if the second is static.
+///         2. Poses are saved in `folder` (kept_pose_files.hpp). The next server with the same room and scene reads
+///            them.
+///         3. A pose becomes a rest pose under two conditions: the molecule stays there for kRests_s, and the pose is
+///            farther than kElsewhere_angstrom from the previous rest pose.
+///         4. Undo returns to the previous rest pose, or to the pose before a request moved the molecule. Redo reverses
+///            undo until the molecule is moved by other means.
+///         5. Each accepted request gets one answer, at the latest in refuse_unanswered().
 class PoseKeeper final : public RoomService {
  public:
   /// In      folder  root folder of the saved poses; if empty, no file is written
@@ -74,9 +76,9 @@ class PoseKeeper final : public RoomService {
   /// Calls on_answer() for each available answer. An error goes to the user who made the request, any other answer to
   /// all users of the room. All answers except pose_progress contain the number of their request.
   ///
-  /// In      on_answer  sends an answer. If `placing` is not null, on_answer also sets the seat of that command, which
-  ///         moves a molecule, and posts it to the room. It returns false if this fails. The next request of the room
-  ///         begins only after the command has been executed or has failed.
+  /// In      on_answer  sends an answer. If `placing` is not null, it is a command that moves a molecule. In this case
+  ///         on_answer also sets the seat of the command and posts it to the room. It returns false if this fails. The
+  ///         room's next request begins only after the command has been executed or has failed.
   void deliver(const std::function<bool(const Room& room, UserId user, const wire::ServerControl& answer,
                                         const RoomCommand* placing)>& on_answer);
 

@@ -81,7 +81,7 @@ class PoseSite final : public RoomWatcher {
   // Members for the io thread.
   const Room* const room;
   std::vector<PoseRequest> unanswered;  ///< copies of the requests whose answers have not been delivered
-  std::vector<wire::KeptPose> kept;     ///< pose number 0 and the saved poses, as the delivered answers describe them
+  std::vector<wire::KeptPose> kept;     ///< pose number 0 and the saved poses, as of the answers delivered so far
   realtime::Ring<PoseRequest> requests{2 * kMaxPoseRequestsOfRoom};
   /// Reports that the last command that moves a molecule has not reached the room.
   void refuse_placing() { is_refused_ = true; }

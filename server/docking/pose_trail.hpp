@@ -17,7 +17,7 @@ namespace tandem::server {
 ///         than 0.5 Å from the current entry of the history. A new entry deletes the entries for redo. The history has
 ///         at most 100 entries. The room executes a move some steps after its request. Until then the target of the
 ///         move counts as the newest pose, so that later requests start from the target
-/// Thread  one at a time
+/// Thread  any, one at a time
 class PoseTrail {
  public:
   /// In      second  second molecule; must outlive this object
@@ -26,7 +26,7 @@ class PoseTrail {
 
   /// Observes the pose after a step. A sample that was taken before a pending move was executed is ignored.
   ///
-  /// In      moves  number of moves that the room had executed by then
+  /// In      moves  number of moves that the room had executed by the end of `step`
   void observe(const Pose& X_AB, Step step, std::uint64_t moves);
   /// Returns the newest pose; none before the first sample.
   const std::optional<Pose>& newest() const { return X_AB_; }

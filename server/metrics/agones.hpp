@@ -1,8 +1,12 @@
 // Reports the server's state to Agones, which starts and ends game servers in a Kubernetes cluster. A report is a call
 // to the sidecar that Agones runs beside each server (REST interface of Agones' SDK).
 //
-//   rooms loaded ▶ POST /ready     first user ▶ GET /gameserver, and POST /allocate unless already Allocated
-//   every 2 s while healthy ▶ POST /health     empty for a minute ▶ POST /ready     ended ▶ POST /shutdown
+//   event                        call
+//   all rooms are loaded         POST /ready
+//   every 2 s while healthy      POST /health
+//   the first user joins         GET /gameserver, and POST /allocate unless the server is Allocated already
+//   no user for a minute         POST /ready
+//   the server ends              POST /shutdown
 //
 // Source   Agones documentation, "Client SDKs", REST (agones.dev/site/docs/guides/client-sdks/rest)
 #pragma once
@@ -45,6 +49,7 @@ class AgonesPlan {
 
   Call due(const Seen& seen, LocalTime now);
   /// Records the result of a call.
+  /// Records whether a call has succeeded. A failed call is repeated after a pause.
   /// In      is_allocated  allocation state in the answer to kGameServer
   void note_answer(Call call, bool is_good, LocalTime now, bool is_allocated = false);
 

@@ -8,8 +8,8 @@
 
 namespace tandem::server {
 
-/// Time limit for one iteration of io or of a room's loop. A step should take about a millisecond, and even a room that
-/// is too large stays within this limit.
+/// Time limit for one iteration of the io thread's loop or of a room's loop. A step normally takes about a millisecond,
+/// so even a room with slow steps stays within this limit.
 inline constexpr Duration kGoesRoundWithin = std::chrono::seconds(1);
 
 /// Describes the loops that have not iterated within kGoesRoundWithin. Returns an empty string if all run, or if run()

@@ -119,7 +119,7 @@ void HttpPort::Impl::accept() {
       welcome(std::move(socket));
       return accept();
     }
-    // The usual cause is that no file descriptor is free.
+    // Accepting has failed. The usual cause is that no file descriptor is free.
     accept_again.expires_after(kListenAgain);
     accept_again.async_wait([this](const error_code& stopped) {
       if (!stopped) accept();

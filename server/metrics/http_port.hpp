@@ -1,8 +1,9 @@
 // Loopback HTTP port that answers GET, for programs that monitor a server.
 //
-//   accept a connection (at most 16; a further one closes the oldest) ▶ read the request head (within 2 s, at most 4
-//   KiB)
-//     ▶ send one response (within 2 s) ▶ close the connection
+//   1. The port accepts a connection. At most 16 are open; a further connection closes the oldest one.
+//   2. It reads the request head, within 2 s and at most 4 KiB.
+//   3. It sends one response within 2 s.
+//   4. It closes the connection.
 //
 // A peer may be hostile. An error in a connection affects only that connection.
 #pragma once

@@ -2,8 +2,8 @@
 //
 //   /metrics  Prometheus text    /healthz  do all loops run?    /readyz  can users join?    Agones' sidecar
 //
-//   room threads ──mailbox each 0.1 s, atomics──┐
-//   io thread ─────mailbox each 0.1 s, atomics──┴▶ thread of the port; thread of the sidecar: both of normal priority
+//   room threads ──mailbox every 0.1 s, atomics──┐
+//   io thread ─────mailbox every 0.1 s, atomics──┴▶ threads of the port and of the sidecar, of normal priority
 #pragma once
 
 #include <cstdint>

@@ -41,8 +41,8 @@ constexpr Duration kOftenEnough = std::chrono::microseconds(300);
 /// Number of users whose datagrams are read before the next check for new states. It is small, so that new states are
 /// not delayed by the datagrams of all users.
 constexpr std::size_t kUsersAtOnce = 4;
-// Fraction of time with short gaps between turns (hysteresis). Above the first value datagrams are read in turns. Below
-// the second value they are read on arrival again.
+// Fractions of time with short gaps between turns (hysteresis). Above kShareToBegin, datagrams are read in turns. Below
+// kShareToGoOn, they are read on arrival again.
 constexpr double kShareToBegin = 0.8, kShareToGoOn = 0.6;
 
 /// Returns the key under which limits are shared: the host, or for IPv6 its /64 network, because one host may own all
@@ -176,7 +176,8 @@ bool AsioServerTransport::read_some_users() {
 }
 
 /// Decides whether users' datagrams are read in turns. The criterion is the fraction of time with short gaps between
-/// turns. If turns came in bursts, a datagram that waits for a turn would miss its step.
+/// turns. A mere count of turns would not suffice: if turns come in bursts, a datagram that waits between two bursts
+/// misses its step.
 void AsioServerTransport::count_turn(LocalTime now) {
   const Duration gap = now - std::exchange(turned_, now);
   if (gap <= kOftenEnough) often_ += gap;

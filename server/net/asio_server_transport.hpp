@@ -8,13 +8,14 @@
 // A turn of this thread lasts from one sending of states to the next (begin_turn()). Each source of work has a limit
 // per turn, a token bucket, so that no connection delays another:
 //
-//   source            limit                    above the limit, or other protection
+//   source            limit                    protection against a source that exceeds its limit
 //   listener          kAcceptTurn              further connections wait in the kernel
 //   TLS handshakes    kHandshakeTurn           first messages of further peers wait in the kernel
-//   TCP, each         kConnectionReadTurn      kReadTurn for all; not read while its messages wait in the hub
-//   UDP, the port     kStrangersTurn           datagrams from any source: garbage, and the first ones of a user
-//   UDP, each user    kConnectionDatagramTurn  a socket connected to the source of the user's datagrams: its
-//                                              kernel buffer cannot be filled by a flood at the port
+//   TCP connection    kConnectionReadTurn      bytes wait in the kernel; kReadTurn limits all connections together. While
+//                                              messages of a connection wait in the hub, it is not read
+//   UDP port          kStrangersTurn           receives garbage and the first datagrams of a user; the rest is dropped
+//   UDP path, user's  kConnectionDatagramTurn  has its own socket, connected to the source of the user's datagrams. A flood
+//                                              at the port cannot fill its kernel buffer
 //
 // While turns are rare, a user's datagram wakes this thread. If there are several turns per millisecond, datagrams are
 // read at the beginning of a turn, because waking up costs more than reading.

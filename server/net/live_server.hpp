@@ -82,6 +82,7 @@ class LiveServer {
   /// Thread  any, but always the same one for both functions
   const ServerFigures& newest_figures();
   std::vector<RoomTiming> newest_timings();
+  /// Returns the liveness of the server.
   /// Thread  any
   ServerPulse pulse() const;
 

@@ -11,9 +11,10 @@ namespace tandem::server {
 /// Load of a room that must not share a thread, because its steps would delay other rooms.
 inline constexpr double kSharesWithNobody = std::numeric_limits<double>::infinity();
 
-/// Assigns rooms to threads and moves as few of them as possible. A room that must not share a thread gets one of its
-/// own. A room without a worker goes to the least loaded worker, if that has enough capacity. Per call, at most one
-/// room is moved: the largest room of an overloaded worker, or one room between workers with very different loads.
+/// Assigns rooms to workers (threads that several rooms may share) and moves as few rooms as possible. A room that must
+/// not share a thread gets a thread of its own. A room without a worker gets the least loaded worker, if that has
+/// enough capacity. Per call, at most one room is moved: the largest room of an overloaded worker, or a room between
+/// two workers with very different loads.
 ///
 /// Why     A thread that wakes up steps all of its due rooms in sequence. Where waking up costs as much as a small step
 ///         (nested virtual machines), sharing a thread saves half of the time. Shared data also stay in the cache.

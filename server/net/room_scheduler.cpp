@@ -22,9 +22,9 @@ constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
 /// Mean answer time of a room up to which io (the io thread) is woken at the start of a step. It then wakes up during
 /// the step and spins until the end of the step.
 constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
-// Demands of io, as fractions of a core (hysteresis). Above the first value, io is not woken after each short step. The
-// states of such a step are sent with those of the next rooms, after at most kNotifyWithin. Below the second value, io
-// is woken after each step again.
+// Demands of the io thread, as fractions of a core (hysteresis). Above kBusyIo, io is not woken after each short step,
+// and the states of such a step are sent with those of the next rooms, after at most kNotifyWithin. Below kNotBusyIo,
+// io is woken after each step again.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kNotifyWithin = std::chrono::microseconds(60);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1), kIoWaitsAgainAfter = std::chrono::milliseconds(100);
@@ -40,9 +40,9 @@ constexpr Duration kLongSleep = std::chrono::milliseconds(2);
 /// The period is divided into this number of parts. The phase of a room may differ from its computed phase by one part.
 /// A larger difference is corrected by at most one part per step.
 constexpr int kPlaces = 64;
-// io has a lower priority than the rooms while the steps of each thread together take at most kIoWaitsFor. After
-// kSlowStepsInARow consecutive steps of one room longer than kIoWaitsNotFor, io gets a higher priority, because all
-// rooms depend on io.
+// The io thread (io) has a lower priority than the rooms while the steps of each thread together take at most
+// kIoWaitsFor. After kSlowStepsInARow consecutive steps of one room longer than kIoWaitsNotFor, io gets a higher
+// priority, because all rooms depend on io.
 constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor = std::chrono::microseconds(500);
 constexpr int kSlowStepsInARow = 2;
 
@@ -106,7 +106,7 @@ struct RoomScheduler::Loop {
   int slow_steps = 0;  ///< consecutive steps longer than kIoWaitsNotFor
   Duration mean_step{0};
   Duration mean_answer{0};   ///< part of mean_step for which users wait
-  Duration mean_turn{0};     ///< mean time of answer and help with sending, a delay for the thread's next rooms
+  Duration mean_turn{0};     ///< mean time of answer and help with sending, which delays the thread's next rooms
   bool is_answered = false;  ///< whether answer() has run and its finish() has not
   LocalTime deadline{};      ///< deadline of the step that is_answered describes
   Duration answering{0};     ///< time of the answer and of help with sending in that step
@@ -138,7 +138,7 @@ struct RoomScheduler::Stepper {
   LocalTime users_checked{};          ///< last check for users of empty rooms
   LocalTime news_since{};             ///< time of the oldest states that io was not notified of; LocalTime{}: none
   std::atomic<bool> is_called{true};  ///< whether a room was assigned, or stop() was called
-  /// The thread sleeps on it until call(). try_acquire on it yields the processor.
+  /// The thread sleeps on this semaphore until call(). A call of try_acquire() yields the processor.
   std::counting_semaphore<> called{0};
   std::promise<std::vector<std::string>> not_granted;
   std::thread thread;

@@ -27,18 +27,21 @@ struct RoomTiming {
   Histogram step_time;
 };
 
-/// Steps each room at the deadlines of its period. Small rooms share threads, one per core, and their deadlines follow
-/// one after the other. A thread thus usually steps several rooms before it sleeps again. A room gets a thread of its
-/// own (room_placement.hpp) in three cases: it needs much of a core; its steps are long compared with the periods of
-/// other rooms; or all users have left, because the reset of its scene may take long. A room without users sleeps. A
-/// step is answered at its deadline. It is finished when no other room of the thread is about to be due
-/// (Room::answer(), Room::finish()).
+/// Steps each room at the deadlines of its period.
 ///
-/// All room threads run at one SCHED_FIFO priority. While the steps of every thread take at most 250 us, the io thread
-/// (io) has a lower priority, so that it does not interrupt a step. After two consecutive steps of more than 500 us in
-/// one room, io has a higher priority for 100 ms; otherwise all other rooms would wait for io. If the rooms together
-/// need more than the cores provide, some rooms lose the priority (share_realtime()), and only their own users are
-/// delayed. These rooms regain it after a second within the limit.
+/// * Shared threads: small rooms share threads, one per core. The deadlines of the rooms of a thread follow one after
+///   the other, so that the thread steps several rooms before it sleeps again.
+/// * Separate threads: a room gets a thread of its own (room_placement.hpp) in three cases: it needs much of a core;
+///   its steps are long compared with the periods of other rooms; or all users have left, because the reset of its
+///   scene may take long. A room without users sleeps.
+/// * Steps: a step is answered at its deadline (Room::answer()). It is finished (Room::finish()) when no other room of
+///   the thread is about to be due.
+/// * Priorities: all room threads run at one SCHED_FIFO priority. While the steps of every thread take at most 250 us,
+///   the io thread (io) has a lower priority, so that it does not interrupt a step. After two consecutive steps of more
+///   than 500 us in one room, io has a higher priority for 100 ms. Otherwise all other rooms would wait for io.
+/// * Overload: if the rooms together need more than the cores provide, some rooms lose their real-time priority
+///   (share_realtime()). Only the users of these rooms are delayed. The rooms regain the priority after a second within
+///   the limit.
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler

@@ -7,8 +7,7 @@
 namespace tandem::server {
 namespace {
 
-/// Decay length of a sample's weight in the plane fit. The argument is the sample's distance minus the smallest
-/// distance.
+/// Decay length of a sample's weight in the plane fit: the weight is exp(−(distance − least distance) / kPlane_m).
 constexpr double kPlane_m = 1e-3;
 /// Distance below which the contact is imminent. Nearer objects are not pressed into the copy of the body.
 constexpr double kMinGap_m = 1e-3;

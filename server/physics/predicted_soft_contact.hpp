@@ -13,16 +13,17 @@ namespace tandem::server {
 /// Measures the stiffness of a soft body near approaching objects, and predicts their contacts. To measure, it presses
 /// an object into a copy of the body.
 ///
-/// Model   surface    plane through the samples of the body nearest to the object, each weighted by
-///                    exp(−(distance − least distance) / 1 mm)
-///         stiffness  k = n·f / d, where n is the plane's normal and f the force of the copy after kSteps soft steps
-///                    with the object held d = 3 mm inside. Objects are pressed one after the other, so a soft step
-///                    costs at most twice as much. Each measurement begins with the current state of the body. An
-///                    object is not pressed twice at one position
-///         contact    Object without contact: a spring k along n, linearised at the depth d. Its force is zero at the
-///                    surface and outside, see soft_wrench(). Object with a force below k d: the wrench of the step,
-///                    with a stiffness between that of the step and k, because the first contact of a few samples alone
-///                    gives no reliable stiffness
+/// Model   1. Surface: a plane through the samples of the body nearest to the object. The weight of a sample is
+///         exp(−(distance − least distance) / 1 mm).
+///         2. Stiffness: k = n·f / d. n is the plane's normal. d = 3 mm is the depth at which the object is held in the
+///            copy, and f is the force of the copy after kSteps soft steps. Each measurement begins with the current
+///            state of the body. Objects are pressed one after the other, so a soft step costs at most twice as much.
+///            An object is not pressed twice at one position.
+///         3. Contact of an object that does not touch yet: a spring k along n, linearised at the depth d. Its force is
+///            zero at the surface and outside, see soft_wrench().
+///         4. Contact of an object whose force is below k d: the wrench that the step computed. The stiffness is
+///            between that of the step and k, because the contact of the first few samples alone gives no reliable
+///            stiffness.
 /// Limits  The surface is a plane. There is no friction before the touch. A body that yields as a whole feels too
 ///         stiff. An object that arrives in less than kSteps soft steps (0.25 s), or while another object is pressed,
 ///         gets no prediction

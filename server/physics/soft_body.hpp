@@ -15,8 +15,11 @@ namespace tandem::server {
 
 /// Position-based soft body. Between predict() and finish() the nodes are at the intermediate positions of the solver.
 ///
-/// Model   predict: v ← v + g h, x ← x + v h, with gravity g and step h. Sweeps over links and volume, and over
-///         contacts (SoftStep), then move the nodes; each correction conserves momentum. finish: v ← (x − x_start)/h.
+/// Model   x and v are the position and velocity of a node, g is gravity, h the length of a step.
+///         1. predict: v ← v + g h, x ← x + v h.
+///         2. Sweeps over links and volume, and over contacts (SoftStep), move the nodes. Each correction conserves
+///            momentum.
+///         3. finish: v ← (x − x_start)/h.
 /// Source  Mueller, Heidelberger, Hennix, Ratcliff, "Position based dynamics", 2007. Nodes, links, prediction and link
 ///         sweeps are Bullet's. Bullet's collisions of soft bodies are not used: they support neither distance fields
 ///         nor forces on a tool.
@@ -33,7 +36,8 @@ class SoftBody {
   void solve_links();
   /// Corrects the enclosed volume towards its initial value.
   ///
-  /// Model   C = V − V₀; Δxᵢ = −κ wᵢ ∇ᵢV C / Σⱼ wⱼ |∇ⱼV|², with wᵢ = 1/mᵢ
+  /// Model   Δxᵢ = −κ wᵢ ∇ᵢV (V − V₀) / Σⱼ wⱼ |∇ⱼV|². V and V₀ are the current and initial volume, κ is the volume
+  ///         stiffness, and wᵢ = 1/mᵢ is the inverse mass of node i
   void solve_volume();
   /// Computes velocities from positions, damps them along the links and clamps them. Returns true if a node was
   /// clamped.
@@ -57,7 +61,7 @@ class SoftBody {
   Vec3 position_before(const SoftSample& sample) const;
   /// Inverse of the effective mass against an impulse at the sample; 0 if all nodes of the sample are anchored.
   double inverse_mass(const SoftSample& sample) const;
-  /// Applies the impulse that would displace a sample of inverse mass 1 kg⁻¹ by `push` [kg·m].
+  /// Moves node i of a sample by bᵢ push / mᵢ, with its weight bᵢ and mass mᵢ. `push` is in kg·m.
   void push(const SoftSample& sample, const Vec3& push);
 
   /// Bullet's body, needed for the derivative of a step.

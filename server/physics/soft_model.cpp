@@ -202,7 +202,7 @@ void add_samples(SoftModel& model) {
     const auto at = [&](std::size_t i) { return model.nodes_W[static_cast<std::size_t>(face[i])]; };
     area_m2 += 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
   }
-  // Two triangles of the sampling form a square with the side √2 · spacing, and one sample belongs to each square.
+  // In a sampling by squares with the side √2 · spacing, one sample belongs to each square, an area of 2 · spacing².
   double spacing_m = std::max(kSoftSampleSpacing_m, std::sqrt(0.5 * area_m2 / double(kMaxSoftSamples)));
   do {
     model.samples = Sampler(model, spacing_m).samples();

@@ -49,13 +49,18 @@ struct SoftReaction {
 
 /// Solves links, volume and contacts by iterative sweeps.
 ///
-/// Model   A surface sample p at depth d inside an object is moved onto the object's surface: λ = d / w, w = Σ bᵢ² /
-///         mᵢ, Δxᵢ = bᵢ λ n / mᵢ. n is the outward normal, bᵢ and mᵢ are the weights and masses of the sample's nodes.
+/// Model   A surface sample p at depth d inside an object is moved onto the object's surface: Δxᵢ = bᵢ λ n / mᵢ.
+///         * n: outward unit normal of the object
+///         * bᵢ, mᵢ: weights and masses [kg] of the sample's nodes
+///         * w = Σ bᵢ² / mᵢ: inverse effective mass of the sample [1/kg]
+///         * λ = d / w: size of the correction [kg·m]
+///         * h: length of the step [s]
+///
 ///         The object gets the impulse −λ n / h at p, so each correction conserves momentum. Friction moves p along the
 ///         surface towards the position that p would have if it had stuck to the object since the start of the step.
-///         The sum of the friction corrections is at most μ Σ λ. The object moves from its old to its new pose during
-///         the first half of the sweeps, so that a thin or fast object does not pass through the surface. The second
-///         half of the sweeps approaches equilibrium.
+///         The sum of the friction corrections is at most μ Σ λ, with the friction coefficient μ. The object moves from
+///         its old to its new pose during the first half of the sweeps, so that a thin or fast object does not pass
+///         through the surface. The second half of the sweeps approaches equilibrium.
 /// Limit   soft bodies do not collide with each other or with themselves
 class SoftStep {
  public:
@@ -64,9 +69,9 @@ class SoftStep {
   ~SoftStep();
 
   /// Computes one step of the body among the objects.
-  /// In      things  the same number of objects in every call
-  /// Out     reactions  one entry per object, to which the reactions of the step are added; returns true if a node was
-  ///         clamped to the speed limit
+  /// Computes one step of the soft body. Returns true if a node was clamped to the speed limit.
+  /// In      things     the same number of objects in every call
+  /// Out     reactions  one entry per object, to which the reactions of the step are added
   bool step(double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things,
             std::span<SoftReaction> reactions);
 

@@ -13,19 +13,21 @@ namespace tandem::server {
 /// Forward differentiation of a SoftStep with respect to the pose X of one object: translation, then rotation about the
 /// object's origin, in W.
 ///
-/// Model   δx of every node is a 3×6 matrix, initially 0 because the prediction does not depend on X. The derivatives
-///         of the sums of each contact are initially 0, too. Bullet moves a link along its vector Δ by Δ (l₀² − |Δ|²) /
-///         (c₀ (l₀² + |Δ|²)). This expression is differentiated at the link's position in that sweep, which is
-///         therefore computed again.
-///         Let δm = s [1, −r×] − δp be the motion of the object's surface relative to the sample p, with lever r and
-///         the fraction s of the object's motion done so far. A normal correction gives δ(λ n) = n nᵀ δm / w − λ H δm,
-///         H = ∂n/∂p. With P = 1 − n nᵀ, sticking friction F gives δF = δF + P δm / w =: δG. Let G be the friction
-///         needed to stick. Friction that slides along t, with F = μ Σλ t, gives δF = μ t δΣλ + (|F|/|G|) (1 − t tᵀ)
-///         δG.
-///         K = −∂W/∂X = Σ [1; r×] δ(push) / h², summed over the pushes of that object; W is its wrench. The first push
-///         contributes m/h². Each later sweep adds the part that links and volume have reversed since the last sweep.
-///         Position-based stiffness therefore depends on rate, mass and sweeps. The result is the symmetric part of
-///         K, with its negative eigenvalues set to zero.
+/// Model   δ is the derivative with respect to X; other symbols are those of SoftStep. δx of every node is a 3×6
+///         matrix. It is initially 0, because the prediction does not depend on X. The derivatives of the sums of each
+///         contact are initially 0, too.
+///         1. Link: Bullet moves a link along its vector Δ by Δ (l₀² − |Δ|²) / (c₀ (l₀² + |Δ|²)). l₀ is the rest
+///            length, and c₀ is the sum of the inverse masses divided by the stiffness. The expression is
+///            differentiated at the position of the link in that sweep. This position is computed again.
+///         2. Contact: δm = s [1, −r×] − δp is the motion of the object's surface relative to the sample p. r is the
+///            lever, and s is the fraction of the object's motion done so far.
+///         3. Normal correction: δ(λ n) = n nᵀ δm / w − λ H δm, with H = ∂n/∂p.
+///         4. Sticking friction F: δF ← δF + P δm / w =: δG, with P = 1 − n nᵀ. G is the friction needed to stick.
+///         5. Sliding friction F = μ Σλ t along the unit vector t: δF = μ t δΣλ + (|F|/|G|) (1 − t tᵀ) δG.
+///         6. Stiffness: K = −∂W/∂X = Σ [1; r×] δ(push) / h², where W is the object's wrench and the sum is over its
+///            pushes. The first push contributes m/h². Each later sweep adds the part that links and volume have
+///            reversed since the sweep before it. Position-based stiffness therefore depends on rate, mass and sweeps.
+///            The result is the symmetric part of K, with its negative eigenvalues set to zero.
 /// Source  derived for this project
 /// Limit   Levers, volume gradient and the set of pushes are those of the step, so contacts that begin or end are not
 ///         considered. Nodes more than kRings links away from the pushed nodes, and nodes beyond the first kMaxPatch,

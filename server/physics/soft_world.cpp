@@ -170,7 +170,8 @@ struct SoftWorld::Impl {
     made = taken;
     if (!steps_aside) return;
     worker = std::thread([this] {
-      // A room that is reset creates this thread on its own thread, whose real-time priority would be inherited.
+      // The thread of a room that is reset creates this thread. Without this call, its real-time priority would be
+      // inherited.
       realtime::drop_realtime();
       work();
     });

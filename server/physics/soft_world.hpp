@@ -38,13 +38,14 @@ struct SoftWorldSettings {
   double room_rate_hz = 1000;
   double rate_hz = 60;  ///< rate of soft steps, rounded such that a soft period is a whole number of room steps
   double speed_limit_m_per_s = 10;
-  /// true: wait for a late worker. For rooms that run faster than real time and need bit-identical results.
+  /// true: wait for a late worker. This is meant for rooms that run faster than real time and need bit-identical
+  /// results.
   bool waits_for_worker = false;
   /// Called before each soft step on the thread that computes it; for tests and tracing. May be empty.
   std::function<void()> before_step;
 };
 
-/// Returns the number of room steps in a soft step, at least 1.
+/// Returns the number of room steps in a soft period, at least 1.
 int soft_period_steps(double room_rate_hz, double rate_hz);
 
 /// Soft bodies in motion, as a deterministic simulation.

@@ -50,7 +50,8 @@ class RoomRecorder final : public RoomWatcher {
 
   /// Number of steps that were discarded because the ring was full. Thread: any.
   std::uint64_t steps_lost() const { return steps_lost_.load(std::memory_order_relaxed); }
-  /// Thread  the thread of drain(); its counters may be read on any thread
+  /// Returns the file of the recording.
+  /// Thread  the thread of drain(); the counters of the file may be read on any thread
   const recording::RecordingFile& file() const { return writer_.file(); }
   /// Returns the message for the operator since the last call; empty if there is none. Thread: the thread of drain().
   std::string pop_news();

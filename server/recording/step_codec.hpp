@@ -13,6 +13,7 @@ namespace tandem::server {
 
 wire::RecordedCommand recorded(const RoomCommand& command);
 /// Converts a recorded command back to the command.
+/// Converts a recorded command to a command of the room.
 /// Fails   returns none if a number is out of range
 std::optional<RoomCommand> command_of(const wire::RecordedCommand& recorded);
 
@@ -23,17 +24,19 @@ struct TakenInput {
 };
 wire::RecordedInput recorded(const TakenInput& input);
 /// Converts a recorded input back to the input.
+/// Converts a recorded input to an input of the room.
 /// Fails   returns none if a server would not have accepted this input
 std::optional<TakenInput> input_of(const wire::RecordedInput& recorded);
 
-/// Hash of the state of each object after a step. Equal states have equal hashes.
+/// Hashes of the states of bodies and tools after a step. Equal states have equal hashes.
 struct StateHashes {
   boost::container::static_vector<std::uint32_t, proto::kMaxBodies + 9>
       bodies;  ///< hashes in the order of the scene, followed by soft bodies and the game
-  boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;  ///< in the order of the scene
+  boost::container::static_vector<std::uint32_t, proto::kMaxUsers> tools;  ///< hashes in the order of the scene
 
   bool operator==(const StateHashes&) const = default;
 };
+/// Returns the hashes of the room's state after its last step.
 /// Thread  room; does not allocate
 StateHashes hashes_of(const Room& room) noexcept;
 

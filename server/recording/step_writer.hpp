@@ -64,7 +64,7 @@ class StepWriter {
   std::uint32_t records_ = 0;  ///< number of records of this step so far
   wire::RecordedStep message_;
   wire::RecordedStates states_;
-  /// Time of the newest step [ns]: now, at the last check, and at the last flush.
+  /// Times [ns]: of the newest step; of the newest step at the last check; of the newest step at the last flush.
   std::uint64_t newest_ns_ = 0, checked_ns_ = 0, flushed_ns_ = 0;
 };
 

@@ -19,12 +19,13 @@ constexpr double kNoLead_m = 1e-6;
 /// its count. The limit also keeps differences of ticks exact as doubles.
 constexpr std::uint32_t kMaxStep = 1U << 20U;
 
-/// Value and rate of a cubic at the parameter `u` in 0..1. The cubic lasts `length_s`, rises from 0 to `to`, and has
-/// the rates `from_rate` and `to_rate` at its ends.
+/// A point of a cubic in time.
 struct Cubic {
   Vec3 value;
   Vec3 rate;
 };
+/// Returns value and rate of a cubic at the parameter `u` in 0..1. The cubic lasts `length_s`, rises from 0 to `to`,
+/// and has the rates `from_rate` and `to_rate` at its ends.
 Cubic cubic(const Vec3& to, const Vec3& from_rate, const Vec3& to_rate, double length_s, double u) {
   const double u2 = u * u, u3 = u2 * u;
   const Vec3 value = (3 * u2 - 2 * u3) * to + length_s * ((u3 - 2 * u2 + u) * from_rate + (u3 - u2) * to_rate);

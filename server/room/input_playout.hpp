@@ -19,7 +19,7 @@ struct PlayedInput {
   /// due tick arrives.
   Tick tick;
   RigidState handle;
-  std::uint32_t buttons = 0;      ///< buttons; for a lost tick those of the next received tick: no press is late
+  std::uint32_t buttons = 0;      ///< buttons; for a lost tick those of the next received tick, to avoid a late press
   double energy_to_hand_j = 0;    ///< cumulative energy as in ClientUpdate [J]
   double energy_from_hand_j = 0;  ///< cumulative energy as in ClientUpdate
   Wrench on_hand_W;               ///< wrench that the client displays to the hand, as in ClientUpdate
@@ -30,17 +30,17 @@ struct PlayedInput {
 /// Plays out a client's handle, buttons, energies and displayed wrench tick by tick. The delay is chosen so that nearly
 /// all of the inputs arrive in time.
 ///
-/// Model   The delay is that of PlayoutDelay, from the client's time stamps and the times of the room's steps.
-///         Lost ticks are interpolated between their neighbours. The position and the rotation vector follow cubics
-///         whose end rates are the neighbours' twists. Over a gap of length T their error is at most T⁴/384 max|x⁗|.
-///         Energies and wrenches are interpolated linearly. In each step the played tick advances by the same number of
-///         ticks, the stride. The stride changes only after a drift of 0.75 ticks from the wanted delay, so jitter of
-///         time stamps has no effect.
-///         During an underrun the last pose is held and its twist fades to zero in kTwistFade_s. When inputs arrive
-///         again, the playout catches up without a jump, at 5/4 of the hand's pace: two strides in every fourth step.
-///         With run_on() the hand is extrapolated at a speed that falls to zero in kRunOn_s, by at most kRunOnMost_m.
-///         The extrapolated pose is assigned to the tick that is due. The next input is played at its due tick, and its
-///         difference from the extrapolated pose fades with the time constant kLeadFade_s.
+/// Model   1. Delay: that of PlayoutDelay, from the client's time stamps and the times of the room's steps.
+///         2. Lost ticks are interpolated between their neighbours. Position and rotation vector follow cubics whose
+///            end rates are the neighbours' twists. Over a gap of length T, the error of a motion x(t) is at most
+///            T⁴/384 max|x⁗|. Energies and wrenches are interpolated linearly.
+///         3. In each step the played tick advances by the same number of ticks, the stride. The stride changes only
+///            after a drift of 0.75 ticks from the wanted delay, so jitter of time stamps has no effect.
+///         4. Underrun: the last pose is held, and its twist fades to zero in kTwistFade_s. When inputs arrive again,
+///            the playout catches up without a jump, at 5/4 of the hand's pace: two strides in every fourth step.
+///         5. Underrun with run_on(): the hand is extrapolated at a speed that falls to zero in kRunOn_s, by at most
+///            kRunOnMost_m. The extrapolated pose is assigned to the tick that is due. The next input is played at its
+///            due tick. Its difference from the extrapolated pose fades with the time constant kLeadFade_s.
 /// Limits  If the client itself leaves gaps between inputs (deadband), the delay grows by the length of the gaps.
 /// Thread  room; time advances by one period per step; no allocation
 class InputPlayout {

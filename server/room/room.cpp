@@ -121,7 +121,7 @@ void Room::answer(ServerTime now) noexcept {
   if (is_empty()) late_faults_ = 0;
   if (game_) game_->begin_step(Step{step_.value + 1});
   apply_commands();
-  // An empty room may stop its steps, which count the age of signals.
+  // The age of signals is counted in steps. An empty room may stop its steps, so the signals are discarded.
   if (game_ && is_empty()) game_->forget_signals();
   start_anew_when_left();
   TickFaults faults = std::exchange(pending_faults_, 0);
@@ -210,7 +210,7 @@ void Room::apply_commands() noexcept {
   for (RoomWatcher* const watcher : watchers_) watcher->on_commands_done();
 }
 
-/// Returns whether a coupling was set for an earlier level of the game than the present one.
+/// Returns whether a command sets a coupling that belongs to an earlier level of the game.
 bool Room::is_outdated(const RoomCommand& command) const noexcept {
   return command.kind == RoomCommand::Kind::kSetCoupling && command.entries != 0 && game_ &&
          command.entries != game_->status().entries;

@@ -61,7 +61,7 @@ struct RoomCommand {
   std::uint32_t request = 0;                      ///< kGrab, kRelease: request number, copied into the event
   haptics::CouplingParameters coupling = {};      ///< kSetCoupling: new coefficients
   const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: the law is unchanged
-  std::uint32_t entries = 0;                      ///< kSetCoupling: GameStatus::entries of its level; 0: any
+  std::uint32_t entries = 0;                      ///< kSetCoupling: level of the coupling (GameStatus::entries); 0: any
   BodyId beside = {};                             ///< kPlace: reference body
   Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
   std::uint8_t level = 0;                         ///< kStartLevel: index of the level in the scene's game
@@ -85,8 +85,8 @@ struct RoomUpdate {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   /// States of all users with tools. for_seat() removes the recipient's own state.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
-  std::array<UserId, proto::kMaxUsers> user;                      ///< user of a seat's entry; invalid: none
-  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< kGrab and kRelease served for the seat's user
+  std::array<UserId, proto::kMaxUsers> user;                      ///< user of the seat; invalid: the seat is free
+  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< number of grabs and releases served for that user
   std::array<proto::OwnUpdate, proto::kMaxUsers> own;
 
   /// Returns the update for the user of one seat.

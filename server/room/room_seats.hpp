@@ -40,7 +40,7 @@ class RoomSeats {
   /// In      leaves_gaps  the user's client suppresses inputs that can be extrapolated (deadband)
   ///         device_bounds  largest coupling that this user's device supports, in device newtons and metres
   ///         user_name  for recordings
-  ///         tool  preferred if it is free: the tool that the user had before
+  ///         tool  tool that the user had before; it is preferred if it is free
   std::optional<Seat> allocate(UserRole role, bool leaves_gaps = false,
                                const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds,
                                std::string_view user_name = "", std::optional<std::uint8_t> tool = std::nullopt);
@@ -56,6 +56,7 @@ class RoomSeats {
   bool has_operator() const;
   void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
   /// Sets the coupling law of the room.
+  /// Sets the law of the room's coupling.
   /// In      law  a law that the scene permits (haptics::law_change_problem())
   void set_law(const Seat& seat, const haptics::CouplingLawInfo& law);
   /// Moves all bodies back to their start (World::return_all()). Returns false, without effect, if the room's queue is
@@ -64,11 +65,12 @@ class RoomSeats {
   bool reset(const Seat& seat, LocalTime now);
   /// Records the coupling of a new level of the game. The room itself has already applied it, and discards couplings that
   /// were set for an earlier level.
-  /// In      entries  GameStatus::entries of the level
+  /// In      entries  count of entered levels (GameStatus::entries), which identifies the level
   void follow_level(const physics::SceneCoupling& coupling, std::uint32_t entries);
   /// Posts a command for the game of the room. Returns false if the room's queue is full.
   bool play(const Seat& seat, RoomCommand command) { return place(seat, command); }
   /// Posts a command of a user to the room, for example to move a body to a pose.
+  /// Posts a command to the room.
   /// In      placing  command to post; its `seat` is replaced by the argument
   /// Out     false: the room's queue is full
   bool place(const Seat& seat, RoomCommand placing);
@@ -100,7 +102,7 @@ class RoomSeats {
   std::array<BodyId, proto::kMaxUsers> held_{};              ///< body held by the seat's tool, indexed by seat
   std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< number of grabs and releases since the user joined
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
-  std::uint32_t entries_ = 0;  ///< GameStatus::entries for which couplings are set; 0: levels do not set them
+  std::uint32_t entries_ = 0;  ///< level to which new couplings belong, as GameStatus::entries; 0: no level sets them
   std::uint32_t last_user_ = 0;
   std::size_t sources_ = 0;  ///< number of sources of signals
   net::TokenBucket resets_{kResetRate};

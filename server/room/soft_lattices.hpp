@@ -13,8 +13,9 @@ namespace tandem::server {
 /// Offsets of the points of a lattice (proto::soft_lattice()) in the rest box of each soft body. A point follows the
 /// nodes nearest to it.
 ///
-/// Model   offset of a point = Σ wᵢ (xᵢ − Xᵢ) over its four nearest nodes at rest: xᵢ position, Xᵢ rest position of
-///         node i, wᵢ ∝ 1 / distance at rest, Σ wᵢ = 1
+/// Model   offset of a point = Σ wᵢ (xᵢ − Xᵢ) over the four nodes that are nearest to it at rest.
+///         * xᵢ, Xᵢ: current position and rest position of node i
+///         * wᵢ: weight of node i, proportional to 1 / its distance from the point at rest; Σ wᵢ = 1
 /// Thread  measure(): room, without allocation
 class SoftLattices {
  public:

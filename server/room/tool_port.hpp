@@ -39,8 +39,8 @@ class ToolPort {
   void clear_handle() noexcept;
 
   /// Reports the client's cumulative energies at the handle pose `X_WH`, `elapsed_s` after the previous report. The
-  /// credited energy is at most the work that a hand can do along the path since that report at the coupling's force
-  /// limits.
+  /// energy credited to the hand is limited: along the path since the previous report, a hand cannot do more work than
+  /// the force limits of the coupling permit.
   void report(const Pose& X_WH, double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
   /// Call before a step. Sets a damping of the tool (the brake) that limits the energy of the pull to the energy from
   /// the hand.

@@ -15,6 +15,7 @@ inline wire::Role wire_role(UserRole role) noexcept {
 }
 
 /// Converts a role in a message to a user's role.
+/// Converts the role of a message.
 /// Fails   returns nothing if `role` is not one that a user can request
 inline std::optional<UserRole> role_of(wire::Role role) noexcept {
   if (role == wire::ROLE_MANIPULATOR) return UserRole::kManipulator;

@@ -69,7 +69,7 @@ Admission::Admission(AdmissionSettings settings)
 }
 
 void Admission::resume(const wire::AdmissionState& state) {
-  // A run without --resume starts a new generation, which makes all earlier credentials invalid.
+  // A run without --resume starts a new generation of credentials, which makes all earlier credentials invalid.
   if (state.generation() != ledger_->generation()) return;
   for (const wire::ResumeCredential& in : state.credentials()) {
     if (in.id().size() != sizeof(Id) || in.key().size() != sizeof(secure::PublicKey)) continue;

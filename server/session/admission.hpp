@@ -61,7 +61,7 @@ class Admission {
     secure::PublicKey resume_key{};
     bool has_resume_key = false;
     std::optional<std::uint8_t> tool{};  ///< previous tool of a user who resumes in the same room
-    wire::TokenClaims claims;            ///< claims of a new user's token, or of the first device's token
+    wire::TokenClaims claims;            ///< rights and validity in the token of a new user, or of the first device
     std::optional<Id> beside{};          ///< credential of the first device, if this is a second device
     bool uses_token() const { return !is_resumed && !beside; }
   };

@@ -46,7 +46,8 @@ class InvitationFile {
   /// Replaces a file. The new contents are on disk when the call returns.
   using ReplaceFile = std::function<std::error_code(const std::filesystem::path&, std::span<const std::byte>)>;
 
-  /// Reads the file. If it does not exist, the list is empty with a new generation.
+  /// Reads the file. If it does not exist, the list is empty and gets a new generation (the random id of all
+  /// credentials that are valid together).
   ///
   /// In      file  must not be empty
   ///         on_news  receives messages for the operator
@@ -62,7 +63,8 @@ class InvitationFile {
   /// Writes the list once, so that a write error is found at the start of the server. For a new file, tokens issued
   /// before `now_ms` are refused from now on.
   ///
-  /// In      keeps_credentials  if false, a new generation begins, and no credential is revoked
+  /// In      keeps_credentials  if false, a new generation makes all earlier credentials invalid, and the list of
+  ///         revoked credentials is cleared
   /// Fails   std::invalid_argument if the file cannot be written
   void begin(bool keeps_credentials, std::uint64_t now_ms);
   /// Applies the changes and writes the file. If the write fails, the kUse changes are reverted. Without changes, the

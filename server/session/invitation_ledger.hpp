@@ -87,7 +87,7 @@ class InvitationLedger {
   void release(const Id& token);
   /// Revokes a credential, which a checkpoint may still contain.
   void revoke(const Id& credential);
-  /// Writes the time to the file. A clock that is earlier than this at the next start was set back.
+  /// Writes the time to the file. If the clock shows an earlier time at the next start, it was set back.
   void note_time(std::uint64_t now_ms);
   /// Collects the results of the writer thread, and passes changes to the writer. Never blocks.
   void poll();

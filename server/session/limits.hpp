@@ -34,8 +34,8 @@ inline constexpr net::Rate kUserPoseRate{4, 8}, kPoseRate{16, 32};
 
 // Limits of one address, shared by all connections from it. At the rate limit, its connections that have not joined are
 // delayed.
-/// Rate of control messages of all its connections. State datagrams and requests for assets of joined users are not
-/// counted.
+/// Rate of the control messages of all connections of an address. State datagrams and requests for assets of joined
+/// users are not counted.
 inline constexpr net::Rate kAddressControlRate{1000, 2000};
 /// Cost of a join in kAddressControlRate. It is high, because a join causes the most work for other users.
 inline constexpr double kJoinPrice = 10;

@@ -18,7 +18,7 @@ wire::ServerControl welcome_answer(std::uint32_t request, const HubSettings& set
 
 /// Returns the data for a new user: the scene, the user's tool with its effective coupling, and the list of assets.
 wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats, const Seat& seat);
-/// Contains the names of the room's signals, and nothing of its scene.
+/// Returns the answer to a source of signals: the names of the room's signals, without the scene.
 wire::ServerControl joined_source_answer(std::uint32_t request, const LoadedScene& scene, const Seat& source);
 wire::ServerControl room_start(const RoomStart& start);
 wire::ServerControl user_joined(const Seat& seat, const std::string& name);

@@ -100,6 +100,7 @@ class SessionHub {
   ~SessionHub();
 
   /// Adds a new TCP connection.
+  /// Adds a connection that the transport has accepted.
   /// In      address  peer address without the port; connections from one address share limits (limits.hpp)
   void on_connected(ConnectionHandle connection, LocalTime now, const std::string& address = "");
   void on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now);

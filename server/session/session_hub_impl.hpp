@@ -137,7 +137,7 @@ struct SessionHub::Impl final : ServiceHost {
   std::vector<std::unique_ptr<RoomSeats>> room_seats;
   std::vector<std::unique_ptr<SessionService>> services;  ///< services, in the order in which they notify users
   std::map<SessionService::Case, SessionService*> handlers;
-  std::deque<SharedTurns> updates;     ///< one parallel loop per room, over its UDP users
+  std::deque<SharedTurns> updates;     ///< parallel loops that send updates to UDP users; one for each room
   std::vector<Connection*> updated{};  ///< UDP users of the room whose update is being sent
   std::map<ConnectionHandle, std::unique_ptr<Connection>> connections;
   std::unordered_map<ConnectionId, Connection*> active;

@@ -28,8 +28,8 @@ void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) 
 
 }  // namespace
 
-/// Sends the newest update of a room to its users. Both threads send to UDP users; only the io thread writes to TCP
-/// connections.
+/// Sends the newest update of a room to its users. The io thread and a helping room thread send to UDP users. Only the
+/// io thread writes to TCP connections.
 void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
   Room& count = room_seats[room]->room();
   if (!count.output().poll()) return;

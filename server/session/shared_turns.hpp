@@ -23,7 +23,7 @@ class SharedTurns {
 
   /// Calls `turn` once with each number below `count`, on this thread or on one in help(). Returns after all calls have
   /// returned.
-  /// Thread  one
+  /// Thread  always the same thread (the owner)
   void run(std::size_t count, const Turn& turn) noexcept {
     turn_ = &turn;
     count_ = count;

@@ -18,7 +18,7 @@ inline constexpr Duration kClockHold = std::chrono::seconds(10);
 
 /// Filtered Unix time in milliseconds since 1970, UTC.
 ///
-/// Thread  one
+/// Thread  any, one at a time
 class UnixTime {
  public:
   /// In      last_ms  last time noted in the previous run; an earlier first reading counts as a backward step

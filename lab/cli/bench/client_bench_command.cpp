@@ -77,8 +77,8 @@ double fixed_work(double x) {
   return x;
 }
 
-/// Measures the duration of a fit of the AR models to the wrenches of this session. Each new wrench is passed to an own
-/// force stream, which has the settings of the session's predictor.
+/// Measures the duration of a fit of the AR models to the wrenches of this session. Each new wrench is passed to a
+/// separate force stream, which has the settings of the session's predictor.
 class FitMeter {
  public:
   explicit FitMeter(const std::string& predictor) : stream_(haptics::make_force_stream(predictor)) {}

@@ -35,8 +35,11 @@ namespace {
 
 namespace json = boost::json;
 
-// Upper limits for the effect of the window on the haptic loop. In order: ratio of percentiles with and without window;
-// p99 [µs] that is accepted at any ratio; ratio to cyclictest; additional late ticks [%]. The values are our choice.
+// Upper limits for the effect of the window on the haptic loop. The values are our choice. Their order is:
+// * ratio of a percentile with window to the percentile without window
+// * p99 [µs] that is accepted at any ratio
+// * ratio of a percentile of the client to that of cyclictest
+// * additional late ticks [%]
 constexpr double kWindowShare = 1.5, kWindowAllowed_us = 150, kPeerShare = 1.3, kLateAllowed_percent = 0.1;
 constexpr int kServerPriority = 60;
 

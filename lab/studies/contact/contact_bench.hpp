@@ -14,7 +14,7 @@ struct ContactBench {
   std::string b;
   std::size_t triangles_a = 0;
   std::size_t triangles_b = 0;
-  std::size_t points = 0;  ///< points in both shells together
+  std::size_t points = 0;  ///< number of points in both shells together
   double spacing_m = 0;    ///< point spacing of the object with the wider spacing
   double cell_m = 0;       ///< cell size of the object with the larger cells
   double build_s = 0;      ///< build time: sum for both objects, or the time of one if they are the same object

@@ -21,8 +21,8 @@ struct ScalingRow {
   TouchFigures figures;
 };
 
-/// Returns the check that the finest mesh has a similar 99th percentile of the step time as the mesh number
-/// `reference`, whose resolution is unchanged.
+/// Returns the check of the 99th percentile of the step time. That of the finest mesh must be similar to that of the
+/// mesh number `reference`, whose resolution is unchanged.
 std::vector<Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference);
 HtmlReport scaling_report(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference);
 

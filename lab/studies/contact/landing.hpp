@@ -19,7 +19,7 @@ struct Landing {
   double stiffness_n_per_m = 0;
   double stop_force_n = 0;     ///< step of the hand's force that a rigid stop would cause; see landings()
   double stop_torque_n_m = 0;  ///< upper bound of the hand's torque step at a rigid stop
-  bool is_on_face = false;     ///< drops only; see drops()
+  bool is_on_face = false;     ///< whether the tool drops on a face; see drops()
   /// drops only: time after which the tool stays slower than 1 mm/s; infinite: not reached within kDrop_s
   double rest_s = 0;
   double kinetic_left_j = 0;  ///< kinetic energy of the tool at the end
@@ -32,15 +32,20 @@ inline constexpr double kDrop_s = 3;
 /// contact. Its speed is constant until a spring of the coupling's stiffness would press with 3 N. It then stops within
 /// 10 ms and rests for 0.3 s.
 ///
-/// Model   An inelastic rigid stop projects the velocities (v, 0) onto those that the contacts still permit; the
-///         projection is the nearest point in the metric of kinetic energy. Therefore the velocity changes by at most
-///         v. The coupling has damping b and stiffness k, and is stretched during one step of duration T. Hence the
-///         force on the hand changes by at most v·(b + k·T). For the rotation, |ω|² I + m|v'|² + |ω|² I + m|v − v'|² =
-///         m v², where the terms of v are at least half of m v². Therefore |ω| ≤ v / (2 r), with r = √(I/m) for the
-///         axis with the smallest I. Hence the torque on the hand changes by at most (b_r + k_r·T)·v / (2 r). The
-///         change is smaller if the line of contact passes through the centre of mass.
-///         v     speed of the hand; v', ω  velocity and angular velocity of the tool after the stop
-///         m, I  mass and moment of inertia of the tool; b_r, k_r  rotational damping and stiffness of the coupling
+/// Model   A rigid inelastic stop changes the tool's velocities from (v, 0) to the nearest ones that the contacts
+///         permit. "Nearest" refers to the metric of kinetic energy, and the change is an orthogonal projection.
+///         * v: speed of the hand [m/s]
+///         * v', ω: velocity and angular velocity of the tool after the stop
+///         * m, I: mass of the tool, and its smallest moment of inertia; r = √(I/m)
+///         * b, k: damping and stiffness of the coupling; b_r, k_r: those of its rotation
+///         * T: duration of one step
+///
+///         Force: the velocity changes by at most v, and the coupling is stretched for one step. Therefore the force on
+///         the hand changes by at most v·(b + k·T).
+///
+///         Torque: the projection gives |ω|² I + m|v'|² + |ω|² I + m|v − v'|² = m v². The terms with v' are together at
+///         least m v² / 2. Therefore |ω| ≤ v / (2 r), and the torque on the hand changes by at most (b_r + k_r·T)·v /
+///         (2 r). The change is smaller if the line of contact passes through the centre of mass.
 /// Source  our derivation; a frictionless contact at distance r from the centre attains the bound of ω
 std::vector<Landing> landings(const TouchObject& tool, const TouchObject& fixed, const Vec3& direction_W,
                               double mass_kg, const Clock& clock);

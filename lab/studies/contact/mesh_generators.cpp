@@ -194,7 +194,7 @@ class Subdivision {
   int pieces_;
   double height_m_;
   std::vector<Vec3> normals_;
-  std::map<std::vector<int>, int> points_;  ///< key: triangle's corners and their weights in this point
+  std::map<std::vector<int>, int> points_;  ///< points of the result, by the triangle's corners and their weights
   geometry::TriangleMesh result_;
 };
 

@@ -74,9 +74,9 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
   return X_WA;
 }
 
-/// Contacts sorted by x, so that those near a point are found quickly. If the number of contacts exceeds the budget,
-/// one contact represents several points. Such a contact is stored at each of these points that is inside the other
-/// body.
+/// Contacts sorted by x, so that those near a point are found quickly. If there are more contacts than the search may
+/// return (its budget), one contact represents several points. Such a contact is stored at each of these points that is
+/// inside the other body.
 class NearContacts {
  public:
   NearContacts(const contact::ContactPair& pair, const TouchObject& a, const Pose& X_WA, const TouchObject& b) {
@@ -106,7 +106,7 @@ class NearContacts {
     return false;
   }
 
-  /// Returns whether some contact, regarded as a plane, has the depth of this point.
+  /// Returns whether a contact explains this point: the plane of the contact has the point's depth at its position.
   bool has_face_over(const OverlapPoint& point) const {
     return std::ranges::any_of(faces_, [&point](const contact::ContactPoint& face) {
       // A motion along the normal moves points of A out of B, and points of B into A. Therefore both signs are tried.
@@ -122,7 +122,8 @@ class NearContacts {
 };
 
 /// Returns the depth of a contact according to the exact surfaces, or 0 if none of its points lies on its own surface.
-/// This also measures a vertex of the other body that pierces a face: in that case no vertex of the face is deep.
+/// The exact surfaces also give the depth of a vertex of the other body that pierces a face, although no vertex of the
+/// face is deep in that case.
 double exact_depth_m(const contact::ContactPair& pair, const contact::ContactPoint& contact, const TouchObject& a,
                      const Pose& X_WA, const TouchObject& b, double deepest_m) {
   const bool is_of_a = pair.is_of_a(contact);

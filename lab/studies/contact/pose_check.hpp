@@ -27,10 +27,12 @@ inline constexpr double kDeepestErrorBound_m = 1.5e-4;
 /// to 1 mm along a random direction. For thin walls the overlap is at most 0.8 of the half thickness, which is twice
 /// the depth from which contact is rigid. A pose depends only on `seed` and i.
 ///
-/// Model   An exact point counts as found if an active contact lies within two spacings plus the depth of the point. If
-///         the number of contacts exceeds the budget, one contact represents several points, and it counts at each of
-///         these points that is inside the other body. The largest exact depth includes the deepest contact, measured
-///         with the exact surfaces: if a vertex pierces a face, no vertex or edge of the face may reach that depth
+/// Model   Rules of the comparison:
+///         * An exact point counts as found if an active contact lies within two spacings plus the depth of the point.
+///         * If there are more contacts than the search may return (its budget), one contact represents several points.
+///           It counts at each of these points that is inside the other body.
+///         * The largest exact depth includes the deepest contact, measured with the exact surfaces. Reason: if a
+///           vertex pierces a face, no vertex or edge of the face may reach that depth
 /// In      progress  called with the number of finished poses
 /// Cost    about 0.1 s for each pose at 70,000 triangles
 PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t poses, std::uint64_t seed,

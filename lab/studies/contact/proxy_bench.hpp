@@ -38,7 +38,7 @@ ProxyRun run_closest_point(const geometry::TriangleTree& tree, double radius_m, 
 /// Figures of merit, computed from positions and triangles alone. Only the exact distance to a mesh is shared with the
 /// loops under test.
 struct ProxyFigures {
-  TimeQuantiles loop_us;  ///< over all ticks of all runs
+  TimeQuantiles loop_us;  ///< duration of a tick, over all ticks of all runs
   /// Largest penetration over the ticks: radius of the ball minus the signed distance of its centre.
   double max_penetration_m = 0;
   std::uint64_t pop_throughs = 0;  ///< number of straight segments of the ball's path that cross the mesh

@@ -59,9 +59,10 @@ double greatest_force_n(const TouchTrace& trace) {
   return force;
 }
 
-/// Returns the amplitude of sustained vibration of the force. The deviation of the force from its mean over the
-/// surrounding 20 ms gives an RMS for each interval of 100 ms. The smallest of three consecutive RMS values is taken,
-/// because an impact ends within one of the intervals. The result is the largest of these over all times.
+/// Returns the amplitude of sustained vibration of the force. It is computed in three steps:
+/// 1. The deviation of the force from its mean over the surrounding 20 ms gives an RMS for each interval of 100 ms.
+/// 2. Of three consecutive RMS values, the smallest is taken, because an impact ends within one of the intervals.
+/// 3. The result is the largest of these minima over the whole trace.
 ///
 /// Voluntary motion changes the force at frequencies below 10 Hz. The deviation contains frequencies above about 25 Hz,
 /// at which users perceive buzz.

@@ -61,10 +61,12 @@ inline constexpr std::size_t kWholePath = std::numeric_limits<std::size_t>::max(
 /// Simulates a tool along the path. The tool has the mass and inertia of a solid box around `tool`; `fixed` is at the
 /// origin of W.
 ///
-/// The force jump of a step is the force error that a receiver of the 16 reduced contacts perceives at an update. The
-/// wrench of the previous reduced contacts is extrapolated to the new pose by their own stiffness and subtracted from
-/// the wrench of the new reduced contacts. The same difference, computed for all contacts, is subtracted from the
-/// result. Torque is divided by the spread of the contacts.
+/// The force jump of a step is the force error that a receiver of the 16 reduced contacts perceives at an update:
+/// 1. The wrench of the previous reduced contacts is extrapolated to the new pose by their own stiffness.
+/// 2. It is subtracted from the wrench of the new reduced contacts.
+/// 3. The same difference, computed for all contacts, is subtracted from the result of step 2.
+///
+/// Torque is converted to force by the spread of the contacts, which is the lever arm.
 /// In      clock  clock for the durations in TouchStep
 TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
                      const devices::HandPath& path, const TouchSettings& settings, const Clock& clock,

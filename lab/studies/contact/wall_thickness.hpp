@@ -16,9 +16,10 @@ inline constexpr std::size_t kWallPoints = 8000;
 /// points at which the solid overlaps itself.
 ///
 /// Model   The thickness at point p with normal n is the distance along −n to the point where the ray leaves the solid.
-///         It counts only if the surface at that point lies opposite: its normal is within 45° of −n. Therefore faces
-///         that meet at an edge bound no wall. The ray leaves the solid where it has left as many surfaces as it has
-///         entered. Therefore parts that overlap or touch count as one part, and surfaces inside them are ignored
+///         * Opposite surface: the thickness counts only if the normal at that point is within 45° of −n. Faces that
+///           meet at an edge thus bound no wall.
+///         * Several parts: the ray leaves the solid where it has left as many surfaces as it has entered. Parts that
+///           overlap or touch thus count as one part, and surfaces inside them are ignored.
 /// Source  rays as in Shapira, Shamir & Cohen-Or, "Consistent mesh partitioning and skeletonisation using the shape
 ///         diameter function", 2008; they average over a cone, which is not exact for a plate
 /// In      solid  closed, with outward normals

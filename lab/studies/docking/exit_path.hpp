@@ -30,15 +30,18 @@ double way_out_angstrom(std::span<const Pose> way);
 /// poses is checked at each quarter. Of the energy bounds 10, 20, … 50 kcal/mol, the lowest that lets B leave is used.
 /// Therefore the hands apply no more force than necessary.
 ///
-/// Model   A tree of poses. Each iteration extends the pose that is farthest in a random direction; for this ranking,
-///         0.05 Å are subtracted for each earlier attempt at that pose. The new step combines the random direction, the
-///         direction and rotation of the pose's own step, and noise. The energy of the new pose is then minimised by
-///         motion perpendicular to the step and by rotation, at most 0.4 Å
+/// Model   A tree of poses is grown from the start pose. Each iteration has three steps:
+///         1. It selects the pose that is farthest in a random direction. For this ranking, 0.05 Å are subtracted for
+///            each earlier attempt at a pose.
+///         2. It adds a new pose. The step to it combines the random direction, the direction and rotation of the step
+///            that led to the selected pose, and noise.
+///         3. It minimises the energy of the new pose by rotation and by motion perpendicular to the step, at most 0.4
+///            Å
 /// Source  our method, based on the expansive trees of motion planning
 /// In      X_AB    start pose [Å]
 ///         effort  number of poses that are evaluated for each bound
-/// Out     poses of B in A from X_AB until B has left. If no bound permits that, the path to the farthest pose found.
-///         If that path ends closer than kExitDistance_angstrom, B is locked in, as far as this effort can show
+/// Out     poses of B in A, from X_AB until B has left. If B cannot leave at any bound: the path to the farthest pose
+///         found. If this path ends closer than kExitDistance_angstrom, B counts as locked in
 /// Cost    one evaluation of a MolecularField for each pose
 std::vector<Pose> exit_path(const docking::Molecule& a, const docking::Molecule& b, const docking::FieldModel& model,
                             const Pose& X_AB_angstrom, std::uint64_t seed, std::size_t effort = kExitEffort);

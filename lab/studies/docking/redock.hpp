@@ -24,7 +24,7 @@ inline constexpr double kNative_angstrom = 2;
 /// exit path with at least kRelease_angstrom. If it exceeds kFarthestRelease_angstrom, it is interpolated towards the
 /// previous pose.
 inline constexpr double kRelease_angstrom = 1.5, kFarthestRelease_angstrom = 2;
-/// Largest permitted excess of the largest force step over that at zero delay.
+/// Largest permitted difference between the largest force step of a trial and that at zero delay.
 inline constexpr double kStepBeyond_n_per_ms = 0.1;
 
 /// Runs the redocking trials. The minimum is the deepest one within kNative_angstrom of the native pose, found by
@@ -38,10 +38,13 @@ inline constexpr double kStepBeyond_n_per_ms = 0.1;
 ///                   not a claim
 ///         threads   number of trials that run in parallel
 ///         progress  called with the finished fraction of the trials, 0 to 1
-/// Out     the pair and its minimum. "locked" is true if the first five seeds find no exit path; "lock" then contains
-///         the reason. "seeds" contains one row for each seed; its "end" is "docked", "deeper minimum" (the field
-///         prefers another pose), "zero area" (no force is displayed there), "elsewhere" or "disconnected". The minimum
-///         and the end poses are compared with the native pose by the measures of lab/metrics/capri.hpp
+/// Out     fields of the result:
+///         * properties of the pair, settings, and the minimum
+///         * "locked": true if the first five seeds find no exit path; "lock" then contains the reason
+///         * "seeds": one row for each seed. Its "end" is "docked", "deeper minimum" (the field prefers another pose),
+///           "zero area" (no force is displayed there), "elsewhere" or "disconnected"
+///
+///         The minimum and the end poses are compared with the native pose by the measures of lab/metrics/capri.hpp
 /// Fails   see server::load_scene_text(); std::invalid_argument: the parts form no complex in the poses of their files
 boost::json::object redock(const wire::Scene& scene, std::uint64_t first_seed, std::size_t seeds, Duration round_trip,
                            bool guided, std::size_t threads, const std::function<void(double)>& progress = {});

@@ -38,7 +38,7 @@ constexpr std::uint64_t kSeeds = 5;
 /// light contact without delay: there the vibration of direct rendering is small and depends on a few atoms of the
 /// helices.
 constexpr double kTimesLess = 10, kTimesLessLightly = 5;
-/// The claims apply to the first kClaimed conditions in the list.
+/// The claims apply to the first kClaimed of the tested conditions (struct Condition).
 constexpr std::size_t kClaimed = 3;
 constexpr double kRate_hz = 1000;
 

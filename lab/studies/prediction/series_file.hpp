@@ -12,9 +12,9 @@ namespace tandem::lab {
 /// Reads every force and torque column of a file and resamples it at a constant rate. A file with the extension `.traj`
 /// is read in that format; any other file as CSV with a column t_s or time_s.
 ///
-/// .traj   lines of numbers separated by spaces: time, position x y z, force x y z, then further numbers, which are
-/// ignored. Lines that begin with #, % or a letter are skipped. README.md states which parts of this format are known
-/// and which are assumed.
+/// A .traj file has lines of numbers separated by spaces: time, position x y z, force x y z, and further numbers, which
+/// are ignored. Lines that begin with #, % or a letter are skipped. README.md states which parts of this format are
+/// known and which are assumed.
 /// In      rate_hz      rate of the linearly resampled series
 ///         time_unit_s  unit of the times in the file [s], e.g. 0.001 for milliseconds
 ///         columns      columns of a CSV file, separated by commas; empty: all columns whose names end in _n or _n_m

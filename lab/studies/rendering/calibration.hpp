@@ -1,11 +1,12 @@
 // Calibrates the adaptive law: a search finds the best coupling for each tool mass on a given device. The criteria
 // "stability", "rest" and "quiet" are defined in CalibrationSettings.
 //
-//   for each mass    the best stiffness: the largest that fulfils all three criteria
-//   over the masses  a polynomial k(m) is fitted                            (Hou 2014, eqs. 5.2, 5.13, 5.14)
-//   for each best k  the best damping: the tool settles fastest, and all criteria are fulfilled
-//   over stiffness   a polynomial b(k) is fitted                            (eqs. 5.3, 5.15)
-//   then the same for moments of inertia, if the device displays torque     (eq. 5.7)
+//   1. For each mass, the best stiffness is the largest one that fulfils all three criteria.
+//   2. A polynomial k(m) is fitted to the best stiffness as a function of the mass (Hou 2014, eqs. 5.2, 5.13, 5.14).
+//   3. For each best stiffness, the best damping is the one with which the tool settles fastest, provided that all
+//      criteria are fulfilled.
+//   4. A polynomial b(k) is fitted to the best damping as a function of the stiffness (eqs. 5.3, 5.15).
+//   5. If the device displays torque, steps 1 to 4 are repeated for moments of inertia (eq. 5.7).
 #pragma once
 
 #include <functional>
@@ -63,8 +64,8 @@ struct Calibration {
 
 /// Finds stiffness k and damping b for each mass m, and fits polynomials to them.
 ///
-/// Model   k(m) and b(k) as above. At a tried mass, no polynomial gives more stiffness than the search found. At no
-///         mass in the range does it give more than coupling_bounds() permits
+/// Model   k(m) and b(k) are the polynomials above. At a tried mass, k(m) is at most the stiffness that the search
+///         found. At every mass in the range, k(m) is at most the stiffness that coupling_bounds() permits
 /// Source  Hou, PhD thesis, NTU, 2014, chapter 5: the procedure. The thesis leaves the criterion for "best" to the
 ///         experimenter; ours is defined in CalibrationSettings
 /// In      on_progress  called with the finished fraction, 0..1

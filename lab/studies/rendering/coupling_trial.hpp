@@ -12,8 +12,8 @@ namespace tandem::lab {
 
 /// Criteria for a pair, parameters of the simulated hands, and the choice of the masses.
 struct CalibrationSettings {
-  double gain_margin = 2;        ///< criterion "stability": the loop is stable with all forces multiplied by this
-  int delay_margin_periods = 1;  ///< and, in the same test, delayed by this number of further periods
+  double gain_margin = 2;        ///< criterion "stability": factor on all forces at which the loop is still stable
+  int delay_margin_periods = 1;  ///< criterion "stability": additional delay of the forces in the same test [periods]
   double rate_hz = 1000;
   double tremor_rms_n = 0.05;  ///< tremor of the pressing hands; our choice: clearly visible in a relaxed hand
   /// Encoder step assumed for a device that reports exact positions: the step of the device in the source thesis; see

@@ -17,10 +17,13 @@ struct ChosenFit {
   double left_out_rms = 0;  ///< RMS of the leave-one-out errors; 0 for one or two points
 };
 
-/// Chooses the degree (0 to 3) with the smallest leave-one-out error; the first and the last point are never left out.
-/// A higher degree is chosen only if it lowers the error by a tenth. A degree is excluded if its fit would pass through
-/// all points, or if `is_allowed` returns false for its fit; degree 0 is always allowed. Exception: two different
-/// points give a line if `is_allowed` accepts it.
+/// Chooses the degree (0 to 3) with the smallest leave-one-out error. The rules are:
+/// * The first and the last point are never left out.
+/// * A higher degree is chosen only if it lowers the error by a tenth.
+/// * A degree is excluded if its fit would pass through all points, or if `is_allowed` returns false for its fit.
+///   Degree 0 is always allowed.
+/// * Exception: two different points give a line if `is_allowed` accepts it.
+///
 /// In      x  in ascending order; equal values are allowed
 ChosenFit chosen_fit(std::span<const double> x, std::span<const double> y,
                      const std::function<bool(const haptics::Cubic&)>& is_allowed);

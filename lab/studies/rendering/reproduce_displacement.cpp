@@ -61,8 +61,10 @@ double unbent_n(double shown_n) {
 /// Returns the expected sag m·g/k, with k the secant stiffness of the law's curve. The formulas are written out here,
 /// independent of the code of the laws.
 ///
-/// Model   e = m g is the elastic force (below the knee). Linear: e/k; QSA: −d_max ln(1 − e/F_max); stable dynamic:
-///         d_max √(−ln(1 − e/F_max)/c); with d_max = F_max/k_t
+/// Model   The elastic force is e = m g (below the knee). d_max = F_max/k_t.
+///         * linear law: e/k
+///         * QSA: −d_max ln(1 − e/F_max)
+///         * stable dynamic law: d_max √(−ln(1 − e/F_max)/c)
 double closed_form_sag_m(std::string_view law, double mass_kg) {
   const double elastic_n = unbent_n(weight_n(mass_kg));
   if (law == "adaptive") return elastic_n / adaptive_n_per_m(mass_kg);

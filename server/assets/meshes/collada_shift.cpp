@@ -11,8 +11,8 @@
 namespace tandem::server::mesh_reader {
 namespace {
 
-/// Largest distance from the origin, in mesh sizes, at which positions are not shifted. Up to it, single precision
-/// loses less than a millionth of the mesh size.
+/// Largest distance from the origin, in mesh sizes, at which positions are not shifted. Up to this distance, single
+/// precision loses less than a millionth of the mesh size.
 constexpr double kFarthest = 4;
 
 /// Part of the file between two offsets.
@@ -36,7 +36,7 @@ std::optional<Piece> next_tag(std::string_view text, std::string_view name, std:
   }
 }
 
-/// Returns the value of an attribute; empty if the tag has none of that name.
+/// Returns the value of an attribute; empty if the tag lacks the attribute `name`.
 std::string_view attribute(std::string_view tag, std::string_view name) {
   for (std::size_t at = tag.find(name); at != std::string_view::npos; at = tag.find(name, at + 1)) {
     const std::size_t open = at + name.size() + 1;

@@ -49,6 +49,7 @@ struct Extent {
 Extent extent_of(const Polygons& mesh);
 
 /// Checks that a mesh can be used.
+/// Checks indices and coordinates.
 /// Fails   Refusal: a face uses an index beyond the last vertex; a coordinate is not finite; or coordinates are so far
 ///         from the origin that their rounding changes the shape
 void check(const Polygons& mesh);

@@ -35,7 +35,7 @@ constexpr std::array<Element, 17> kElements = {{
     {"FE", 55.845, 1.644, 0.875},
 }};
 
-/// Residue names of the amino acids in residue_typing.cpp, and of caps in other programs.
+/// Residue names: those of the amino acids in residue_typing.cpp, and those that other programs use for chain caps.
 constexpr std::array<std::string_view, 32> kResidues = {"ALA",  "ARG", "ARGN", "ASN",  "ASP",  "ASPH", "CYS",  "CYS2",
                                                         "CYSH", "GLN", "GLU",  "GLUH", "GLY",  "HISD", "HISE", "HISH",
                                                         "ILE",  "LEU", "LYS",  "LYSH", "LYSN", "MET",  "PHE",  "PRO",

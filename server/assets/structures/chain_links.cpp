@@ -28,8 +28,8 @@ BondSites sites_of(const std::vector<PdbResidue>& residues, std::string_view nam
   return sites;
 }
 
-/// Links each of `sources` to the nearest of `targets` within a bond length and in another residue. A target is used at
-/// most once.
+/// Links each atom of `sources` to the nearest atom of `targets` within a bond length and in another residue. A target
+/// is used at most once.
 void link_nearest(const BondSites& sources, const BondSites& targets, std::vector<ChainLink>& links) {
   const AtomGrid grid(kMaxLinkAngstrom, targets.positions);
   for (std::size_t s = 0; s < sources.residues.size(); ++s) {

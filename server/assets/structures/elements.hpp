@@ -9,7 +9,7 @@
 namespace tandem::server {
 
 struct ChemicalElement {
-  std::string_view symbol;  ///< upper case: "HG"
+  std::string_view symbol;  ///< symbol in upper case: "HG"
   double mass_u = 0;
   double minimum_angstrom = 0;  ///< distance of the Lennard-Jones minimum of two atoms of this element
   double well_kcal_per_mol = 0;
@@ -28,7 +28,7 @@ std::span<const ChemicalElement> periodic_table();
 
 /// Fields of a structure file from which the element of an atom is found.
 struct ElementClues {
-  std::string_view name;     ///< all four columns in a PDB file with aligned names, otherwise without blanks
+  std::string_view name;     ///< name; all four columns in a PDB file with aligned names, otherwise without blanks
   std::string_view element;  ///< element in the file; empty if the file has none
   std::string_view residue;
 };
@@ -37,11 +37,11 @@ struct ElementClues {
 ///
 /// In standard residues (is_standard_residue()) the first letter of the name decides, because their elements have one
 /// letter. The exception is selenium in MSE. In other residues the first applicable rule decides:
-///   1. a lone ion, whose atom and residue have the same name
-///   2. the element that the file states
-///   3. the columns of the name, because an element's symbol ends in the second column
-///   4. symbols with which no atom name of another element begins (CL, BR, ZN …)
-///   5. the first letter of the name
+///   1. If atom and residue have the same name, the atom is a lone ion, and the name is the symbol.
+///   2. If the file states an element, it is used.
+///   3. In a PDB file, the columns of the name may determine the element, because the symbol ends in the second column.
+///   4. Symbols are used with which no atom name of another element begins (CL, BR, ZN …).
+///   5. Otherwise the first letter of the name is the symbol.
 std::string element_of(const ElementClues& clues);
 
 /// Returns true for the twenty amino acids and their protonation variants, nucleotides, and water.

@@ -48,7 +48,8 @@ class ParameterFile {
   ParameterFile(const ParameterFile&) = delete;
   ParameterFile& operator=(const ParameterFile&) = delete;
 
-  /// Reads the next nonempty line, as the preprocessor passes it if no symbol is defined. Returns false at the end.
+  /// Reads the next nonempty line. Lines that a preprocessor without defined symbols would skip are skipped. Returns
+  /// false at the end.
   bool next(Words& words) {
     while (!rest_.empty()) {
       ++line_;
@@ -101,11 +102,11 @@ class ParameterFile {
   std::string_view rest_;
   std::string section_;  ///< current section of next_in()
   std::size_t line_ = 0;
-  std::vector<bool> left_out_;  ///< one entry per open #if: its current branch is skipped
+  std::vector<bool> left_out_;  ///< one entry per open #if; true: its current branch is skipped
   bool skipping_ = false;
 };
 
-/// Returns whether the σ of two types is combined by the arithmetic mean, otherwise by the geometric mean.
+/// Returns true if the σ of two types is combined by the arithmetic mean, false for the geometric mean.
 bool read_combination_rule(const fs::path& path) {
   ParameterFile file(path);
   Words words;
@@ -172,15 +173,16 @@ HydrogenRule read_rule(const ParameterFile& file, const Words& words) {
   return rule;
 }
 
-/// Reads blocks that begin with a line such as "ALA 3", and the rules that follow it. The number is ignored. Rules for
-/// the oxygens of a C terminus, which occur in AMBER's blocks, are skipped, because those oxygens are in the structure.
+/// Reads the hydrogen rules of all residues. A line such as "ALA 3" names a residue, and its rules follow; the number
+/// is ignored. AMBER's files contain rules for the oxygens of a C terminus. These rules are skipped, because the
+/// oxygens are in the structure.
 void read_hydrogens(const fs::path& path, ForceField& force_field) {
   ParameterFile file(path);
   Words words;
   std::vector<HydrogenRule>* rules = nullptr;
   while (file.next(words)) {
     if (words.size() <= 2) {
-      // AMBER's RNA and DNA files repeat residues with thymine. The last entry is used.
+      // AMBER's RNA and DNA files contain residues with thymine twice. The last entry is used.
       rules = &force_field.hydrogens[std::string(words.front())];
       rules->clear();
     } else if (rules == nullptr) {

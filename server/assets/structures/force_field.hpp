@@ -56,8 +56,8 @@ struct ResidueBlock {
   std::string kind;  ///< "DNA" or "RNA", as in aliases; empty for a block of aminoacids.rtp
 
   const BlockAtom* find(std::string_view atom) const;
-  bool is_amino_acid() const;  ///< has N, CA, C and O
-  bool is_nucleotide() const;  ///< has C1' and O4' of a sugar
+  bool is_amino_acid() const;  ///< whether it has N, CA, C and O
+  bool is_nucleotide() const;  ///< whether it has C1' and O4' of a sugar
 };
 
 /// Names of the blocks that replace a block at a chain end; empty if none does.
@@ -70,7 +70,7 @@ struct EndBlocks {
 /// Changes to a residue's block at a chain end.
 struct TerminusEdit {
   std::vector<BlockAtom> replaced;  ///< new entries for atoms with these names; "OXT" is added if it is missing
-  std::vector<BlockAtom> added;     ///< e.g. H1, H2, H3
+  std::vector<BlockAtom> added;     ///< atoms to add, e.g. H1, H2, H3
   std::vector<std::string> deleted;
   std::vector<HydrogenRule> hydrogens;
 };
@@ -91,7 +91,7 @@ struct ForceField {
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
   /// Name of a residue's block, if it differs from the residue's name: LYS → LYSH.
   std::map<std::string, std::string, std::less<>> block_of_residue;
-  std::map<std::string, EndBlocks, std::less<>> end_blocks;  ///< e.g. NALA and CALA for ALA
+  std::map<std::string, EndBlocks, std::less<>> end_blocks;  ///< blocks at chain ends, e.g. NALA and CALA for ALA
   std::vector<AtomAlias> aliases;
   /// Aliases for the atom names in blocks of this force field. Their `residue` is the name of a block, a kind (as in
   /// ResidueBlock::kind), or "*".
@@ -115,9 +115,12 @@ struct ForceField {
 ///         elements: elements.hpp
 ForceField built_in_force_field();
 
-/// Reads a force-field folder: forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb, .r2b and, if
-/// present, .arn. Reads .rtp, .hdb, .r2b and .arn of dna and rna as well, and xlateat.dat of the folder or its parent.
-/// A name such as "amber99sb" means the folder of that name in gromacs-data; "built-in" means built_in_force_field().
+/// Reads a force field:
+/// * from its folder: forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb and .r2b;
+/// * if present: aminoacids.arn, and the .rtp, .hdb, .r2b and .arn of dna and rna;
+/// * from the folder or its parent: xlateat.dat.
+///
+/// A name such as "amber99sb" means the folder of that name in gromacs-data. "built-in" means built_in_force_field().
 /// Types "element C" … are added as substitutes for missing entries.
 ///
 /// Fails   MoleculeError: the folder or a file is missing (names the Debian package); a line cannot be read (names it);

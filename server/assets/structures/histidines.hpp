@@ -17,10 +17,15 @@ struct HistidineChoice {
 /// acceptor in the direction of the N-H bond. It is not put on a nitrogen near a metal or a donor. Without such
 /// neighbours the choice is HISE, the usual tautomer in water.
 ///
-/// Model   Acceptors are oxygens of backbone, carboxylates, amides and phosphates up to 3.5 Å from the nitrogen and
-///         within 60° of the N-H bond. Donors are nitrogens with hydrogens, within the same limits. Metals count up to
-///         2.8 Å. Hydroxyls and water are ignored, because they may be donor or acceptor. The weight falls from 1 at
-///         2.5 Å to 0 at 3.5 Å; a metal outweighs all other neighbours
+/// Model   Neighbours that affect the choice:
+///         * Acceptors: oxygens of backbone, carboxylates, amides and phosphates, up to 3.5 Å from the nitrogen and
+///           within 60° of the N-H bond
+///         * Donors: nitrogens with hydrogens, within the same limits
+///         * Metals: up to 2.8 Å from the nitrogen
+///         * Ignored: hydroxyls and water, because they may be donor or acceptor
+///
+///         The weight of an acceptor or donor falls from 1 at 2.5 Å to 0 at 3.5 Å. A metal outweighs all other
+///         neighbours
 /// In      others  other groups of the file: ions, nucleic acids
 std::vector<HistidineChoice> choose_histidines(const std::vector<PdbResidue>& residues,
                                                const std::vector<PdbResidue>& others);

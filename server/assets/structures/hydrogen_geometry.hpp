@@ -18,11 +18,14 @@ using AtomPlaces = std::map<std::string, Vec3, std::less<>>;
 /// or not bonded; the atoms are collinear and define no plane; the kind of the rule does not occur in proteins and
 /// nucleic acids.
 ///
-/// Model   Hydrogens are 1.0 Å from their atom i, as for the rules of aminoacids.hdb. j, k, l are neighbours of i.
-///         Kinds 1 and 5: one, opposite to the mean of the neighbours. Kind 6: two, 109.5° apart, in the plane that
-///         bisects j-i-k. Kinds 2 and 4: at 109.5° to i-j, the first trans to k. Kind 3: two at 120° to i-j, in its
-///         plane with k. An atom with two hydrogens of kind 4 may have another neighbour, such as proline's N at the
-///         start of a chain. Then kind 6 is used, because kind 4 would place one of them on that neighbour
+/// Model   i is the atom that carries the hydrogens, and j, k, l are its neighbours. Hydrogens are 1.0 Å from i, as for
+///         the rules of aminoacids.hdb. Kinds of rules:
+///         * 1 and 5: one hydrogen, opposite to the mean of the neighbours
+///         * 2 and 4: hydrogens at 109.5° to i-j, the first of them trans to k
+///         * 3: two hydrogens at 120° to i-j, in the plane of i, j and k
+///         * 6: two hydrogens, 109.5° apart, in the plane that bisects j-i-k
+///         * 4 with two hydrogens, if i has another neighbour, such as proline's N at the start of a chain: as kind 6,
+///           because kind 4 would place a hydrogen on that neighbour
 /// Source  GROMACS 2022 reference manual, "Hydrogen database"
 /// In      before  atoms of the previous residue, for rules with "-C"; null if there is none
 std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& own, const AtomPlaces* before);

@@ -21,8 +21,8 @@ namespace {
 
 constexpr std::size_t kNoAtom = std::numeric_limits<std::size_t>::max();
 constexpr double kDegree = std::numbers::pi / 180;
-/// Groups with a distance below this fraction of the contact distance are moved. The fraction is slightly larger than
-/// that of a clash, so that no moved group ends just below the limit of a clash.
+/// Limit of the ratio of an atom distance to its contact distance. A group with a smaller ratio is moved. The limit is
+/// slightly larger than that of a clash, so that no moved group ends just below the limit of a clash.
 constexpr double kMovedShare = 0.72;
 constexpr double kOverlapAngstrom = 1.0;
 constexpr double kGivenHydrogenBondAngstrom = 1.5;  // largest distance of a hydrogen in the file from its heavy atom
@@ -38,8 +38,8 @@ constexpr std::size_t kMaxPairs = 50'000'000;
 /// Displacements below which a search ends, far below the resolution of coordinates in files.
 constexpr double kMinTurn_rad = 1e-7, kMinBend_angstrom = 1e-7;
 
-// Well depths and rotation barriers [kJ/mol], a distance [Å], and the bending stiffness [kJ/mol/Å²]. See
-// relax_hydrogens().
+// Parameters of the energy in relax_hydrogens(): kWell, kHydrogenBondWell and the barriers in kJ/mol, the bending
+// stiffness kBendPerAngstrom2 in kJ/mol/Å².
 constexpr double kWell = 0.2, kHydrogenBondWell = 4, kHydrogenBondAngstrom = 1.85;
 constexpr double kNearest_angstrom = 0.5;  // nearer pairs get the energy at this distance
 constexpr double kBarrier = 12, kHydroxylBarrier = 6, kPlanarBarrier = 14;
@@ -247,7 +247,7 @@ class Relaxation {
     }
   }
 
-  /// Returns whether an atom accepts hydrogen bonds. A nitrogen or sulphur with hydrogens does not, because its
+  /// Returns whether an atom accepts hydrogen bonds. A nitrogen or sulphur with hydrogens accepts none, because its
   /// hydrogens point towards the approaching atom.
   bool is_acceptor(const RelaxedAtom& atom) const {
     return atom.is_polar && !atom.is_hydrogen && (atom.source->element == "O" || atom.hydrogens == 0);
@@ -317,7 +317,7 @@ class Relaxation {
     double best = group.turn_rad, least = energy_turned(group, best);
     for (int step = 0; step < 72; ++step) {
       const double energy = energy_turned(group, step * kStep);
-      // If several angles are equally good, the first is chosen; a methyl group has three.
+      // If several angles are equally good, the first is chosen. A methyl group has three equal angles.
       if (energy >= least - 1e-9 * (1 + std::abs(least))) continue;
       least = energy;
       best = step * kStep;

@@ -37,10 +37,12 @@ struct RelaxedHydrogens {
 /// field's rules. Groups that can rotate are rotated first; groups that still clash are then bent, with constant bond
 /// lengths. Except for rounding, the result does not depend on the order of parts, residues or atoms.
 ///
-/// Model   Energies are in kJ/mol; r is the distance. Pairs more than three bonds apart: ε((s/r)¹² − 2(s/r)⁶), where s
-///         is the sum of the van der Waals radii and ε is 0.2. A polar hydrogen and an acceptor: s is 1.85 Å and ε is
-///         4. Rotation by φ: V/2 (1 − cos nφ) with n = 3 and V = 12; V = 6 for hydroxyls and thiols; n = 2 and V = 14
-///         next to a planar atom. Bending: 100 per Å² of squared displacement from the rotated position
+/// Model   Energies are in kJ/mol; r is the distance of two atoms.
+///         1. Pairs more than three bonds apart: ε((s/r)¹² − 2(s/r)⁶). s is the sum of the van der Waals radii, and ε
+///            is 0.2. For a polar hydrogen and an acceptor, s is 1.85 Å and ε is 4.
+///         2. Rotation by φ: V/2 (1 − cos nφ). n is 3 and V is 12; V is 6 for hydroxyls and thiols. Next to a planar
+///            atom, n is 2 and V is 14.
+///         3. Bending: 100 per Å² of squared displacement from the rotated position
 /// Source  barriers of ethane, methanol and phenol: Lowe, Prog. Phys. Org. Chem. 6 (1968) 1
 /// In      parts  the returned texts describe the first part only. A part whose heavy atoms come nearer than 1 Å to
 ///         those of the first part is ignored, because it must be in another frame

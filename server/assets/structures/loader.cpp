@@ -130,9 +130,9 @@ class Loader {
     add(united, typed);
   }
 
-  /// Adds a residue that belongs to no chain. Water and ions get the entries of their blocks (force-field entries of
-  /// the residue) if all atoms are present. Otherwise a water without hydrogens would get the charge of an oxygen that
-  /// has two. All other residues get entries by element.
+  /// Adds a residue that belongs to no chain. Water and ions get the types and charges of their blocks (force-field
+  /// entries) if all atoms are present. Without this condition, a water without hydrogens would keep the charge of the
+  /// oxygen alone. All other residues get parameters by element.
   void add_other(const PdbResidue& residue) {
     if (!force_field_.is_by_element && has_block(force_field_, residue.name)) {
       const TypedResidue typed = type_residue(force_field_, residue, {});
@@ -210,7 +210,7 @@ class Loader {
     if (structure.has_more_models) note("all models of the file but the first left out");
   }
 
-  /// Shifts the charge of a residue whose side chain is incomplete to a whole number.
+  /// Changes the charge of a residue with an incomplete side chain to a whole number.
   void complete_charge(const PdbResidue& residue, TypedResidue& typed) {
     const std::optional<double> charge_e = make_whole(residue, typed);
     if (!charge_e || !typed.expected_charge_e) return;

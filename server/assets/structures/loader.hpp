@@ -28,7 +28,7 @@ struct StructureReport {
   std::vector<std::string> missing;     ///< atoms that the force field expects and the file lacks
   std::vector<std::string> dropped;     ///< atoms and residues of the file that were not loaded, with the reason
   std::vector<std::string> built;       ///< heavy atoms that were added: OXT at chain ends
-  std::vector<std::string> gaps;        ///< e.g. "before GLY 45 of chain A"; includes ends at which a chain was cut out
+  std::vector<std::string> gaps;        ///< "before GLY 45 of chain A"; also each end at which a chain was cut out
   std::vector<std::string> histidines;  ///< choice and reason for each histidine without hydrogens in the file
   std::string hydrogens;                ///< "given", "build" or "united": the applied choice
   std::vector<std::string> moved;       ///< built hydrogens of the whole file that were moved: names and displacements

@@ -34,6 +34,8 @@ struct ImpliedCharge {
 
 /// Sums the charges of a molecule and of its chains.
 ///
+/// Returns the sums of the charges of a molecule and of its chains, and the residues that cause a fractional sum.
+///
 /// Model   A sum within 0.02 e of a whole number counts as whole, because files and force fields give charges with
 ///         three or four decimals
 /// In      implied  charges of the residues that have a known block, in ascending order of first_atom
@@ -45,8 +47,8 @@ std::string signed_charge(double charge_e);
 /// Formats all sums, e.g. "+3 e (A +4, B -1)".
 std::string charge_text(const NetCharge& charge);
 
-/// Returns the charge of a group that the force field lacks: the sum of the formal charges in the file, or without
-/// these the charge of a common ion, cofactor or modified residue of that name; nothing if it is unknown.
+/// Returns the charge of a group that the force field lacks. It is the sum of the formal charges in the file. If the
+/// file has none, it is the charge of a common ion, cofactor or modified residue of that name; nothing for other names.
 std::optional<int> formal_charge_of(const PdbResidue& residue);
 
 }  // namespace tandem::server

@@ -24,7 +24,7 @@ struct PreparedStructure {
   std::vector<BuiltGroup> groups;           ///< groups of the built hydrogens
   std::vector<std::string> rebuilt;         ///< residues of the file whose hydrogens were replaced; text for the user
   std::vector<std::size_t> ended;           ///< indices in `chains` of residues to which OXT was added at a chain end
-  PdbStructure read;                        ///< omissions of the reader; its residues are now in `chains` and `others`
+  PdbStructure read;                        ///< the omissions of the reader, without residues
 };
 
 /// Reads a file and sorts its residues, without adding atoms. Nucleotides of files from before 2007 get their current

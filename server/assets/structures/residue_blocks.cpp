@@ -1,4 +1,4 @@
-// See residue_blocks.hpp. A block is the force field's entry for a residue.
+// See residue_blocks.hpp. A block is the force field's entry for a residue. An edit changes a block at a chain end.
 #include "server/assets/structures/residue_blocks.hpp"
 
 #include <algorithm>
@@ -80,7 +80,7 @@ Names normalised_names(const ForceField& force_field, const PdbResidue& residue,
   Names names;
   for (const PdbAtom& atom : residue.atoms) {
     std::string name = digit_last(atom.name);
-    // Name of this atom in files from before 2007.
+    // In files from before 2007, the atom C7 has the name C5M.
     if (block.is_nucleotide() && name == "C5M" && block.find(name) == nullptr) name = "C7";
     for (const AtomAlias& alias : force_field.aliases) {
       if (alias.from == name && alias_applies(alias, residue.name, block, context)) {
@@ -140,8 +140,8 @@ void swap_names(Names& names, std::string_view a, std::string_view b) {
   }
 }
 
-/// Returns the block of an acid. In the protonated block the hydrogen is on the second oxygen. If the file has it on
-/// the first oxygen, the names of the two oxygens are swapped.
+/// Returns the block of a residue with a carboxyl group: `charged` or `neutral`. In the neutral block the hydrogen is
+/// on the second oxygen of the group. If the file has it on the first oxygen, the names of the two oxygens are swapped.
 std::string_view acid_block(NamedAtoms& named, char position, std::string_view charged, std::string_view neutral) {
   const std::string first = std::string("O") + position + "1", second = std::string("O") + position + "2";
   if (named.hydrogens_on(second) > 0) return neutral;

@@ -58,6 +58,7 @@ const ResidueBlock* block_named(const ForceField& force_field, std::string_view 
 std::string_view canonical_residue(std::string_view name);
 
 /// Returns the names of a residue's atoms in the force field, and the heavy atoms that carry its hydrogens.
+/// Returns the names of a residue's atoms in the force field.
 /// In      residue  residue for which has_block() is true
 NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
@@ -65,8 +66,8 @@ NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue,
 /// this case the chain was cut out of a longer chain.
 bool begins_cut(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Chooses the block by the residue's name and the hydrogens on its atoms. If the hydrogen of an acid is on the first
-/// oxygen, swaps the names of its oxygens in `named`.
+/// Chooses the block by the residue's name and the hydrogens on its atoms. If the hydrogen of a carboxyl group is on
+/// the first oxygen, swaps the names of the group's oxygens in `named`.
 const ResidueBlock& choose_block(const ForceField& force_field, std::string_view residue_name,
                                  const ResidueContext& context, NamedAtoms& named);
 

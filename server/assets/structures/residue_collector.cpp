@@ -19,7 +19,7 @@ constexpr std::size_t kMaxRecordsPerResidue = 1000;
 constexpr std::size_t kMaxDropped = 100'000;
 /// Largest distance of two positions that count as equal, for files with three decimals.
 constexpr double kOnePlaceAngstrom = 0.01;
-/// Distance below any bond length. Two nearer atoms with one name are two positions of one atom.
+/// Distance below any bond length. Two atoms of the same name at a smaller distance are two positions of one atom.
 constexpr double kNearerThanAnyBondAngstrom = 0.6;
 /// Largest distance of an atom from the nearest other atom of its residue.
 constexpr double kMaxBondAngstrom = 2.5;
@@ -143,8 +143,8 @@ void ResidueCollector::choose_alternates() {
   }
 }
 
-/// Chooses one alternate location for a run of residues that must agree. A residue without that location gets the best
-/// of its own.
+/// Chooses one alternate location for consecutive residues whose chain bonds have alternate locations, because their
+/// choices must agree. A residue that lacks the chosen location gets the best of its own locations.
 void ResidueCollector::choose_alternate(std::size_t begin, std::size_t end) {
   Alternates all;
   std::map<std::size_t, Alternates> of_place;

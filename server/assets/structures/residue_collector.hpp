@@ -20,7 +20,7 @@ struct PdbAtom {
   std::optional<double> charge_e;         ///< charge, if the format has one (PQR, PDBQT)
   std::optional<double> radius_angstrom;  ///< radius, if the format has one (PQR)
   double occupancy = 1;
-  int formal_charge_e = 0;  ///< 0 if the file has no formal charge
+  int formal_charge_e = 0;  ///< formal charge; 0 if the file has none
 };
 
 struct PdbResidue {
@@ -49,17 +49,22 @@ std::string residue_place(const PdbResidue& residue);
 /// Formats an atom, e.g. "CG of VAL 12A of chain B", with printable characters only.
 std::string place_text(const PdbResidue& residue, std::string_view atom);
 
-/// Sorts atoms into residues by chain, number and insertion code. A second residue with the same number begins if
-/// backbone atoms repeat, or if later atoms are far from the first ones. Atoms with the same name are different atoms
-/// unless they are at one position.
+/// Sorts atoms into residues by chain, number and insertion code.
 ///
-/// For each residue, the alternate location with the largest mean occupancy of heavy atoms is chosen, and among equals
-/// the one with the most atoms. Atoms without an alternate location are always kept. Neighbours in a chain get the same
-/// location if the bond between them has alternates. Two residue names at one position are alternates, too. The number
-/// of atoms is bounded, in total and in one residue.
+/// * New residue: a second residue with the same number begins if backbone atoms repeat, or if later atoms are far from
+///   the first ones.
+/// * Atoms with the same name in a residue are different atoms, unless they are at one position.
+/// * Alternate locations: for each residue, the location with the largest mean occupancy of heavy atoms is chosen.
+///   Among equals, the location with the most atoms is chosen. Atoms without an alternate location are always kept.
+/// * Neighbours in a chain get the same location if the bond between them has alternates.
+/// * Two residue names at one position are alternates, too.
+/// * The number of atoms is bounded, in total and in one residue.
 class ResidueCollector {
  public:
   /// Adds an atom to its residue.
+  /// Adds the next atom of the file.
+  /// In      residue    residue of the atom, without atoms
+  ///         alternate  letter of the alternate location; ' ' if there is none
   /// Fails   MoleculeError: more than 1,000,000 atoms
   void add(PdbResidue residue, PdbAtom atom, char alternate);
   std::size_t atom_count() const { return atoms_; }

@@ -167,7 +167,7 @@ class Matcher {
   const NamedAtoms& named_;
   AtomPlaces own_;
   std::vector<std::string> carrier_;               ///< heavy atom of each block atom; empty if no rule adds the atom
-  std::vector<std::optional<Vec3>> places_;        ///< indexed by block atom
+  std::vector<std::optional<Vec3>> places_;        ///< positions by the hydrogen rules, indexed by block atom
   std::vector<bool> used_;                         ///< indexed by block atom
   std::vector<std::optional<std::size_t>> match_;  ///< indexed by file atom
 };
@@ -207,7 +207,7 @@ std::string stand_in(const ForceField& force_field, const std::string& element, 
   return is_opls ? "opls_135" : prefix + "C";
 }
 
-/// Handles selenium in place of sulfur: it has the charge of the sulfur entry, but its own size.
+/// Gives a selenium atom in place of sulfur the size of selenium. It keeps the charge of the sulfur entry.
 void match_selenium(const ForceField& force_field, TypedResidue& typed) {
   const std::string type = std::string(kElementPrefix) + "SE";
   if (force_field.types.contains(type)) typed.atoms.back().type = type;

@@ -1,12 +1,14 @@
 // Assigns force-field entries to the atoms of a residue. Takes into account protonation variants, chain ends, and the
 // different names that programs give to the same hydrogen. A block is the force field's entry for a residue.
 //
-// Order of decisions
-//   1. names        digit first to digit last (1HB → HB1), the aliases of xlateat.dat, names of caps and variants
-//   2. block        by residue name; HIS, LYS, ASP, GLU by the hydrogens on their atoms; CYS by its disulfide
-//   3. chain ends   by the hydrogens on N and by OXT; without hydrogens the charged end
-//   4. atoms        heavy ones by name; a hydrogen by its heavy atom, under any name
-//   5. the rest     by element, charge 0, named as guessed
+// The decisions are made in this order:
+//   1. Names: a leading digit is moved to the end (1HB → HB1). The aliases of xlateat.dat and the names of caps and
+//      variants are replaced.
+//   2. Block: it is chosen by the residue name. HIS, LYS, ASP and GLU depend on the hydrogens on their atoms as well,
+//      CYS on its disulfide bond.
+//   3. Chain ends: they are chosen by the hydrogens on N and by OXT. Without hydrogens, the charged end is chosen.
+//   4. Atoms: heavy atoms are matched by name. A hydrogen is matched by its heavy atom, under any name.
+//   5. All other atoms: they get an entry by their element with charge 0, and are reported as guessed.
 #pragma once
 
 #include <cstddef>
@@ -31,10 +33,12 @@ struct TypedResidue {
   std::size_t missing_hydrogens = 0;
   std::vector<std::string> missing_heavy;  ///< names of missing heavy atoms
   std::vector<std::string> missing_hydrogen_names;
-  std::vector<std::size_t> misfits;  ///< hydrogens without a heavy atom, or surplus on their heavy atom
+  std::vector<std::size_t> misfits;  ///< indices of hydrogens without a heavy atom, or surplus on their heavy atom
 };
 
 /// Assigns a force-field entry to each atom of a residue.
+///
+/// Assigns an entry of the force field to each atom of a residue, by the decisions above.
 ///
 /// Source  choice of block and chain ends: pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks were made for this
 ///         project

@@ -24,7 +24,7 @@ struct StructureSelection {
   std::vector<std::string> entries;
 
   bool takes_chain(std::string_view chain) const;
-  /// Returns whether an entry names the residue; it may but need not be an amino acid.
+  /// Returns whether an entry names the residue. The residue may be of any kind, not only an amino acid.
   bool takes_residue(const PdbResidue& residue) const;
 };
 

@@ -66,8 +66,8 @@ struct Complex {
   refuse(row, what + "; write mmCIF (FILE.cif) instead");
 }
 
-/// Splits "12A" into 12 and A. Text without a leading number becomes the number as a whole, as in files with more than
-/// 9999 residues.
+/// Splits "12A" into 12 and A. Text that does not begin with a number is returned unchanged in place of the number;
+/// files with more than 9999 residues contain such text.
 ResidueNumber number_of(const std::string& id) {
   std::size_t end = id.starts_with('-') ? 1 : 0;
   while (end < id.size() && is_digit(id[end])) ++end;

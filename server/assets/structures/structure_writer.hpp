@@ -16,9 +16,10 @@ namespace tandem::server {
 /// element, residue, chain and coordinates. The receptor keeps the coordinates of its file, so that a viewer can
 /// superimpose the complex on the original.
 ///
-/// A chain without a name gets an unused letter, and so does a chain of the ligand whose name the receptor has.
-/// Remarks state these letters and the pose. Residues with N, CA and C, and nucleotides, are ATOM records; all others
-/// are HETATM. A TER follows each chain. Atoms that were not loaded, and charges and radii of a PQR file, are omitted.
+/// A chain gets an unused letter as its name in two cases: it has no name, or it is a chain of the ligand and the
+/// receptor has a chain of that name. Remarks state these letters and the pose. Residues with N, CA and C, and
+/// nucleotides, are written as ATOM records, all other residues as HETATM. A TER follows each chain. Atoms that were
+/// not loaded, and the charges and radii of a PQR file, are omitted.
 ///
 /// Source  wwPDB, "PDB file format" 3.30, ATOM, TER and REMARK
 /// In      X_AB     pose of the ligand's file frame in the receptor's file frame, position [Å]
