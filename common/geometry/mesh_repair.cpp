@@ -324,11 +324,11 @@ std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>&
 
 /// The parts that are not complete solids, combined in one mesh, and the classification of their triangles.
 struct Enclosed {
-  TriangleMesh whole;  ///< mesh of all these parts, one after another
+  TriangleMesh whole;  ///< all these parts in one mesh, in their order
   std::vector<Side> sides;
   TriangleMesh inner;
   TriangleMesh surface;
-  std::vector<MeshPart> parts;  ///< parts of `surface`, whose triangles have the inside on one side
+  std::vector<MeshPart> parts;  ///< parts of `surface`
 };
 
 Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& others) {

@@ -52,8 +52,8 @@ struct SearchSettings {
   /// max_steps_per_try. After fast motion, the greatest depth of one mesh stayed at 1.00 mm without dividing, and at
   /// 0.55 mm with dividing.
   std::uint32_t steps_to_divide = 4;
-  /// Nodes are divided up to these fractions of the capacity and of the limit of the cut. The children may need twice
-  /// as many contacts and entries.
+  /// Fractions of the capacity and of the limit of the cut. Dividing starts only while the contacts and the entries of
+  /// the cut are below these fractions, because the children of all sampled nodes may need twice as many.
   double divided_below = 0.4, divided_cut_below = 0.45;
   /// The budget for dividing is reduced by this number of queries for each point that the last walk queried.
   std::uint32_t queries_per_point = 2;
