@@ -22,8 +22,8 @@ namespace tandem::contact {
 struct ContactShape {
   std::shared_ptr<const DistanceField> field;
   PointShells shells;
-  /// Surface points outside the interiors of flat parts (planes of the field). In such an interior, only the points of
-  /// the other shape of a pair are sampled. Empty if no surface point is in such an interior.
+  /// Surface points that are not inside a flat part (a plane of the field), away from its edges. Inside flat parts, the
+  /// search samples only the points of the other shape. Empty if all surface points must be sampled.
   std::optional<PointShell> off_planes;
   Vec3 low_S = Vec3::Zero();  ///< bounding box of the points
   Vec3 high_S = Vec3::Zero();

@@ -15,10 +15,10 @@ struct SolverReport {
   std::uint32_t iterations = 0;  ///< Newton iterations, the maximum over the islands
   /// If false, the velocities are the best ones found, or those of free flight if these are not finite.
   bool has_converged = true;
-  /// Number of bodies, couplings, patches and contacts that were not used: they exceed a limit, are not finite, or
-  /// refer to a body that does not exist. An unused body does not move.
+  /// Number of bodies, couplings, patches and contacts that were ignored, for one of three reasons: they exceed a
+  /// limit, they are not finite, or they refer to a body that does not exist. An ignored body does not move.
   std::uint32_t left_out = 0;
-  std::uint32_t ill_formed = 0;  ///< number of unused inputs that were invalid (not finite, or with a missing body)
+  std::uint32_t ill_formed = 0;  ///< number of ignored inputs that were invalid (not finite, or with a missing body)
 };
 
 /// Computes one time step of all bodies by implicit Euler. Contact forces are the derivative of a potential of the

@@ -76,10 +76,11 @@ class DistanceField {
 
   /// Returns the planes of the shape's flat parts, kMaxPlanes at most. They live as long as the field.
   virtual std::span<const FieldPlane> planes() const noexcept { return {}; }
-  /// Returns the planes that can replace the field in a box: the plane of a face, or of faces that meet at a convex
-  /// edge or corner. There are at most six; the set is empty if no such planes are known. Where the field's distance is
-  /// at most 0, it equals the largest of the distances to the planes. Where that largest distance is positive, the
-  /// field's distance is at least as large. Both statements hold within the rounding of samples.
+  /// Returns the planes that can replace the field in a box: the plane of a face, or those of faces that meet at a
+  /// convex edge or corner. There are at most six; the set is empty if no such planes are known. Within the rounding of
+  /// samples:
+  /// * inside the shape, the field's distance equals the largest distance to the planes
+  /// * elsewhere, the field's distance is at least that largest distance
   ///
   /// Out     queries  increased by the number of entries that were read from the field's table of planes
   virtual PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& queries) const noexcept {

@@ -16,9 +16,8 @@ constexpr std::size_t kLanes = 4;
 constexpr double kRecovery_m_per_s = 0.2;
 /// Value of `excess` for unused lanes. Its large negative value makes their force zero.
 constexpr double kFarAway_m = -1e30;
-/// Upper limit of r, the factor of the tangential displacement, by which friction is stiffer in a contact beyond the
-/// rigid depth (see ContactRows). With a larger r, friction does not converge within a step's iterations when
-/// kilonewtons press on a corner.
+/// Upper limit of the factor r, by which friction is stiffer for a contact beyond the rigid depth; see ContactRows.
+/// With a larger r, friction does not converge within a step's iterations if kilonewtons press on a corner.
 constexpr double kMaxRate = 100;
 /// Smallest divisor; prevents a division by zero. It is far below any length or squared length that occurs.
 constexpr double kTiny = 1e-200;

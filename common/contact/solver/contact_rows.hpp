@@ -31,8 +31,10 @@ struct PatchTerms {
   double lag_s() const { return step_s + dissipation_s; }
 };
 
-/// Limit of the friction. kFollows: μ times the normal force of this evaluation. kKept: μ times the normal force of the
-/// last evaluation with kFollows. Only with a kept limit, forces are the derivative of a potential of the velocities.
+/// Limit of the friction, μ times a normal force:
+/// * kFollows: the normal force of this evaluation.
+/// * kKept: the normal force of the last evaluation with kFollows. Only with this limit, friction forces are the
+///   derivative of a potential of the velocities.
 enum class FrictionLimit : std::uint8_t { kFollows, kKept };
 
 /// Forces of contacts at trial velocities, and their derivatives. Twists are those of A relative to B; wrenches act on
