@@ -13,9 +13,10 @@ namespace tandem::contact {
 namespace {
 
 constexpr std::size_t kPlaces = 4000;
-// The result is a quantile of the inner balls' radii at the points on rods: this fraction of the radii is smaller.
+// The result is a low quantile of the radii of the inner balls at points on rods: this fraction of them is smaller.
 constexpr double kThinnerShare = 0.1;
-// Minimum fraction of points that are on rods. If fewer are, these points are regarded as tips of spikes.
+// Minimum fraction of points that are on rods. If there are fewer, they are taken for tips of spikes, and the mesh has
+// no rods.
 constexpr double kTipShare = 0.005;
 constexpr int kShrinks = 12;
 // A ball is accepted as an inner ball if the surface is at least this fraction of the radius away from the ball's
