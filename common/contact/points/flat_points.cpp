@@ -29,8 +29,8 @@ constexpr double kUneven = 0.06;
 constexpr double kUnevenCell = 0.3;
 constexpr double kUnevenSmallCell = 0.75;
 constexpr std::size_t kManyPoints = 256;
-// To find holes, a polygon is divided into square parts. kPart is their edge in spacings of points, kWholePart the
-// least fraction of a part that must be inside the polygon. If such a part contains no point, it is a hole.
+// To find holes, a polygon is divided into square parts. A part without a point is a hole. This is the edge of a part,
+// in spacings of points.
 constexpr double kPart = 2;
 // Least fraction of a part that must be inside the polygon for the part to be checked.
 constexpr double kWholePart = 0.8;
