@@ -103,7 +103,7 @@ bool read_vertices(std::span<const std::uint8_t> block, const Vec3& low, const V
 std::vector<std::uint8_t> coded_corners(const std::vector<Triangle>& triangles) {
   std::vector<std::int32_t> behind;
   behind.reserve(kColumns * triangles.size());
-  int next = 0;  // lowest index of the vertices that no earlier triangle used
+  int next = 0;  // lowest vertex index that no earlier triangle uses
   for (const Triangle& triangle : triangles) {
     for (const int corner : triangle) {
       behind.push_back(next - corner);

@@ -113,11 +113,12 @@ void ContactIsland::set_hardness() noexcept {
 }
 
 // Solves the island in up to three stages:
-// 1. Friction limits follow the normal forces. The desired solution has such limits, but there is no potential, so the
-//    iteration may not converge. In most steps it converges here.
-// 2. Friction limits are kept at their last values and, if necessary, couplings are linearised. This always converges.
-// 3. The limits may come from an early iterate with normal forces many times too large, for example when sliding bodies
-//    collide. The island is therefore solved again with the friction limits of the solution found.
+// 1. Each friction limit is μ times the normal force of the current iterate, as in the desired solution. Such forces
+//    have no potential, so the iteration may not converge, but it does so in most steps.
+// 2. Friction limits are kept constant, and couplings are linearised if necessary. The forces then have a potential,
+//    and the iteration converges.
+// 3. The kept limits may come from an early iterate whose normal forces are many times too large, for example when
+//    sliding bodies collide. Therefore, stage 2 is repeated with the friction limits of the solution found.
 bool ContactIsland::solve(std::uint32_t iterations) noexcept {
   friction_ = FrictionLimit::kFollows;
   evaluate();
@@ -187,7 +188,7 @@ void ContactIsland::assemble() noexcept {
 
 void ContactIsland::add_patch(const IslandPatch& patch) noexcept {
   const Mat6 k = step_s_ * rows_.derivative(patch.terms);
-  if (!patch.moves_b()) {  // the twist is about terms.about_W, which is the centre of A, the only body that moves
+  if (!patch.moves_b()) {  // only A moves, and terms.about_W is its centre
     system_.block(patch.a->row, patch.a->row) += k;
     return;
   }

@@ -26,8 +26,8 @@ struct PatchTerms {
   std::size_t first = 0;
   std::size_t end = 0;
 
-  /// Returns the factor of the closing speed in the normal force. It includes the step, because the force depends on
-  /// the depth at the end of the step.
+  /// Returns the factor of the closing speed in the normal force: step + dissipation. The step is included because the
+  /// force depends on the depth at the end of the step.
   double lag_s() const { return step_s + dissipation_s; }
 };
 

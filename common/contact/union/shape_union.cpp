@@ -10,8 +10,8 @@
 namespace tandem::contact {
 namespace {
 
-// Width of the transition between covered and free surface [m]: the larger of kBlend_m and kBlendErrors times the sum
-// of the fields' errors.
+// Width of the transition between covered and free surface [m]. It is kBlend_m, or kBlendErrors times the sum of both
+// fields' errors if that is larger.
 constexpr double kBlend_m = 2e-5, kBlendErrors = 2;
 // Distances from a covered face, towards the inside, at which the field is sampled to find another, nearer face. They
 // are in the order of the search. Exact fields begin with the shortest distance. Grids begin with a medium one, because

@@ -20,7 +20,7 @@ struct PlacedShape {
   Pose X_WS;
 };
 
-/// Union of one shape of a pair with its neighbours: other shapes beside it, and near the second shape of the pair.
+/// Union of one shape of a pair ("own shape") with other shapes beside it that are near the second shape of the pair.
 ///
 /// Model   A pressing contact pushes its point p out of the shape to the surface point q = p + depth × normal. If
 ///         another shape covers q, then q is inside the union and p must move elsewhere. Two displacements are
@@ -37,7 +37,7 @@ class ShapeUnion {
 
   bool has_others() const { return !others_.empty(); }
 
-  /// Corrects a contact whose depth and normal come from the field of this union's own shape.
+  /// Corrects a contact whose depth and normal were computed in the field of the union's own shape.
   ///
   /// In      out_W  unit vector out of that shape
   /// Out     depth, normal and area of the contact
