@@ -63,9 +63,9 @@ bool ClosedFormContacts::add_ball(const Pose& X_WA, const Pose& X_WB, double ban
   return true;
 }
 
-// Returns the planes around a ball. A query of a grid takes microseconds, so the queried box has a margin, and its
-// result is reused while the box contains the box around the ball. An empty result is reused only if the queried box is
-// not much larger than the box around the ball.
+// Returns the planes around a ball. A query of a grid takes microseconds, so results are reused: the queried box has a
+// margin, and its result holds while it contains the box around the ball. An empty result is reused only if the queried
+// box is not much larger than the box around the ball, because a smaller box might have planes.
 PlaneSet ClosedFormContacts::planes_around_ball(const DistanceField& field, const Vec3& centre_F,
                                                 double reach_m) noexcept {
   const double moved_m = (centre_F - ball_planes_centre_F_).cwiseAbs().maxCoeff();
@@ -88,8 +88,8 @@ void ClosedFormContacts::carry_bristles(std::span<const ContactPoint> before, st
 }
 
 // Transfers the bristles (friction state) from the contacts of the last find() to contacts with the same id. Newly
-// added area has no bristle, and a shrinking contact first loses the area that was added last. Area that presses all
-// the time thus keeps its friction if the force fluctuates.
+// added area has no bristle. A contact that shrinks first loses its ring, the area that was added last. Area that
+// presses all the time thus keeps its friction even if the force fluctuates.
 void ClosedFormContacts::carry_each(std::span<const ContactPoint> before, std::span<ContactPoint> now,
                                     const Eigen::Matrix3d& turn) noexcept {
   std::size_t i = 0;

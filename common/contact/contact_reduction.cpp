@@ -30,7 +30,8 @@ void add(ContactWrench& net, const Vec3& r, const Vec3& normal, const Vec3& forc
   Vec6 line;
   line << normal, r.cross(normal);
   net.derivative -= stiffness * line * line.transpose();
-  // A displaced contact changes the lever of its force: δp × f = −f × δt − f × (δθ × r).
+  // Change of the torque by the displacement δp of the contact: δp × f = −f × δt − f × (δθ × r). ContactWrench defines
+  // the symbols.
   const Eigen::Matrix3d force_cross = cross_matrix(force);
   net.derivative.bottomLeftCorner<3, 3>() -= force_cross;
   net.derivative.bottomRightCorner<3, 3>() += force_cross * cross_matrix(r);
@@ -92,8 +93,8 @@ Mat6 applied(const Mat6& matrix, Function function) {
 }
 
 Mat6 root(const Mat6& matrix) {
-  // An eigenvalue that is only a rounding error counts as zero. Its root could be 1e8 times larger than the error, and
-  // would widen a patch whose contacts are on a line.
+  // An eigenvalue that is only a rounding error is replaced by zero. Its root could be 1e8 times larger than the error.
+  // If the contacts of a patch are on a line, this would widen the patch.
   const double zero = kEigenRounding * matrix.trace();
   return applied(matrix, [zero](double value) { return value > zero ? std::sqrt(value) : 0.0; });
 }
@@ -132,8 +133,8 @@ struct Groups {
 // their errors.
 using Numbers = Eigen::Array<float, kMost, 1>;
 
-// Divides `whole`, the stiffness of one contact, among the groups. `z` is the position and normal of the contact; `at`
-// has those of the groups, one row of Groups::spread in each element. The fractions sum to `whole`.
+// Divides the stiffness `whole` of one contact among the groups, and returns their fractions, whose sum is `whole`. `z`
+// is the position and normal of the contact. at[i] has component i of the positions and normals of all groups.
 Numbers shares(const std::array<Numbers, 6>& at, const Eigen::Matrix<float, 6, 1>& z, float whole) {
   Numbers squared = Numbers::Constant(kBlur);
   for (std::size_t row = 0; row < 6; ++row) squared += (at[row] - z[static_cast<int>(row)]).square();

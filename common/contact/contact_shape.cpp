@@ -27,7 +27,7 @@ static_assert(kRigidShare * kMaxHalfThickness >= kMaxRigidDepth);
 // Fraction of the surface, its thinnest parts, that is ignored for the rigid depth. Tips of wedges and spikes, for
 // example, have no minimum thickness.
 constexpr double kThinShare = 0.02;
-// Points inside another part of the shape are omitted. A point is inside if its depth in the field exceeds this
+// Points that are inside another part of the shape are omitted. A point counts as inside if its depth exceeds this
 // multiple of the field's error.
 constexpr double kBuriedErrors = 2;
 // Gradients shorter than this occur only on creases of the field, between two faces that are less than a cell apart. A

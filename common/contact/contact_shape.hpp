@@ -47,10 +47,10 @@ inline constexpr std::size_t kMaxShapeBytes = std::size_t{128} << 20U;
 /// Default compression level of zstd (range 1 to 22).
 inline constexpr int kPackingLevel = 12;
 inline constexpr double kMaxRigidDepth = 5e-4;
-/// Limit of the measured half thickness. In thicker places, contact is rigid at kMaxRigidDepth anyway.
+/// Limit up to which the half thickness is measured. In thicker parts, the rigid depth is kMaxRigidDepth anyway.
 inline constexpr double kMaxHalfThickness = 1.25e-3;
-/// Minimum of the rigid depth, even for very thin shapes. With a single contact, a hand presses about five times as
-/// deep.
+/// Minimum of the rigid depth, even for very thin shapes. A hand that presses on a single contact reaches about five
+/// times this depth.
 inline constexpr double kMinRigidDepth = 5e-5;
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options = {});

@@ -13,7 +13,7 @@
 namespace tandem::geometry {
 namespace {
 
-constexpr std::uint32_t kDrawingMagic = 0x57524454;  // "TDRW"
+constexpr std::uint32_t kDrawingMagic = 0x57524454;  // first four bytes of each asset: "TDRW"
 constexpr int kPackingLevel = 9;
 constexpr double kSteps = 65535;
 constexpr double kNormalSteps = 127;

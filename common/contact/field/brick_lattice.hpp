@@ -36,8 +36,8 @@ struct SampleCoding {
 /// Function that codes or decodes one sample. It returns the coded number r: a coder computes r from the sample, a
 /// decoder reads r.
 ///
-/// In      depth      0 for the corners of a brick, 1 for the midpoints between them, …
-///         predicted  in quanta
+/// In      depth      pass of coding: 0 for the corners of a brick, 1 for the midpoints between these, and so on
+///         predicted  predicted value in quanta
 ///         sample     value before coding; unspecified when decoding
 using CodeSample = std::function<int(int depth, int predicted, int sample)>;
 

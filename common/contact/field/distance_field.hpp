@@ -43,7 +43,7 @@ struct FieldPlane {
 /// Set of a field's planes, one bit each.
 using PlaneSet = std::uint64_t;
 inline constexpr std::size_t kMaxPlanes = 64;
-/// Least cosine between the normal of a surface and that of a plane for the surface to count as part of the plane.
+/// A surface belongs to a plane only if the cosine of the angle between their normals is at least this value.
 inline constexpr double kOnPlaneCosine = 0.999;
 
 /// Signed distance to the surface of a shape, in the frame of the shape S.
@@ -53,10 +53,11 @@ class DistanceField {
  public:
   virtual ~DistanceField() = default;
 
-  /// Accurate to `error_m()` where |distance| ≤ `band_m()`. Beyond, the sign is right and the magnitude is at most the
-  /// true distance plus `error_m()`, which suffices for culling.
+  /// Returns the signed distance. Where |distance| ≤ `band_m()`, it is accurate to `error_m()`. Farther from the
+  /// surface, the sign is right, and the magnitude is at most the true distance plus `error_m()`. This suffices for
+  /// culling.
   virtual double distance_m(const Vec3& p_S) const noexcept = 0;
-  /// Returns the distance of distance_m() and its gradient.
+  /// Returns the distance and its gradient.
   virtual DistanceSample sample(const Vec3& p_S) const noexcept = 0;
   /// Does the same as sample() for `count` points, faster than separate calls.
   ///

@@ -14,7 +14,8 @@
 namespace tandem::contact {
 namespace {
 
-// Gradients with a length in this range are used unchanged. Shorter gradients occur on creases of the field.
+// Range of the length of a gradient that is used unchanged. Shorter gradients occur on creases of the field and are
+// replaced.
 constexpr double kMinGradient = 0.1;
 constexpr double kMaxGradient = 2.0;
 

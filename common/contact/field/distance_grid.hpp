@@ -105,8 +105,9 @@ class DistanceGrid final : public DistanceField {
   bool set_levels(std::span<const std::uint8_t> levels, std::size_t sample_count);
   bool is_sound() const;
   static constexpr std::uint32_t level_of(std::uint32_t ref) { return (ref & ((1U << kLevelBits) - 1U)) - 1U; }
-  /// Returns a bound of the interpolation error beyond the band. The bound is the sum of half a cell's diagonal over
-  /// all levels from the coarsest one to `level`, since a distance has the Lipschitz constant 1.
+  /// Returns a bound of the interpolation error beyond the band, where finer samples are interpolated from coarser
+  /// ones. A distance has the Lipschitz constant 1, so each level adds at most half of the diagonal of its cells. The
+  /// bound is the sum over the levels up to `level`.
   double slack_m(std::uint32_t level) const {
     constexpr double kHalfDiagonal = 0.8660254037844386;
     return kHalfDiagonal * (2.0 * cell_m(0) - cell_m(level));

@@ -29,8 +29,8 @@ constexpr double kMinSamples = 64;
 // Additional tolerance where several planes meet. At sharp edges between bricks of different resolution, samples have
 // errors up to this value, and the planes are more accurate.
 constexpr double kEdge_m = 1e-4;
-// Limit of the number of bricks of a grid with planes. For planes, each brick needs 12 bytes and some time to fill
-// them.
+// Largest number of bricks of a grid for which planes are searched. For planes, each brick needs 12 bytes of memory and
+// some time.
 constexpr std::size_t kMaxBricksWithPlanes = std::size_t{1} << 20U;
 // Limit of the total number of distances to planes that are computed, which takes a few seconds. When it is reached,
 // the remaining blocks get no planes.

@@ -51,8 +51,8 @@ struct PlaneMap::Range {
       for (std::int64_t y = begin[1]; y < end[1]; ++y) {
         const Vec3 row = origin + edge_m * Vec3(0.5, static_cast<double>(y) + 0.5, static_cast<double>(z) + 0.5);
         const Vec3 at = box.axes.transpose() * (row - box.centre);
-        // Determines the range of x in this row of cubes for which |at + x · step| ≤ most holds along each axis of the
-        // box.
+        // Finds the cubes of this row that may intersect the box: the range of x for which |at + x · step| ≤ most along
+        // each axis of the box.
         auto low = static_cast<double>(begin[0]), high = static_cast<double>(end[0] - 1);
         for (int i = 0; i < 3; ++i) {
           if (std::abs(step[i]) < 1e-9 * edge_m) {
@@ -195,9 +195,9 @@ bool PlaneMap::for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, con
   });
 }
 
-// Returns whether the largest distance to the planes is nowhere negative in an axis-aligned box. Testing the corners is
-// not enough, since a thin wall may pass between them. The test therefore searches for one plane, or the mean of two
-// planes, whose least distance over the box is not negative.
+// Returns whether the largest distance to the planes is certainly not negative anywhere in an axis-aligned box. Its
+// corners are not sufficient for this test, since a thin wall may pass between them. The result is true if one plane,
+// or the mean of the distances to two planes, is not negative in the whole box.
 bool PlaneMap::is_above_some(PlaneSet set, const Vec3& middle, const Vec3& half_m) const noexcept {
   for (PlaneSet rest = set; rest != 0; rest &= rest - 1) {
     const FieldPlane& plane = planes_[static_cast<std::size_t>(std::countr_zero(rest))];

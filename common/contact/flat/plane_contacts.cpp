@@ -73,8 +73,8 @@ struct Mean {
   }
 };
 
-/// Four points that have the moments of an area. Each has a quarter of the area, at mean ± s₁ ± s₂, where s₁ and s₂ are
-/// the columns of the Cholesky factor of the covariance.
+/// Four points that replace an area: each has a quarter of it, and together they have its mean and covariance. They are
+/// at mean ± s₁ ± s₂, where s₁ and s₂ are the columns of the Cholesky factor of the covariance.
 struct Four {
   double area;
   std::array<double, 4> u, v;
@@ -84,7 +84,7 @@ struct Four {
     const double uu = std::max(0.0, moments(1, 1) / area - mean_u * mean_u);
     const double uv = moments(2, 1) / area - mean_u * mean_v;
     const double vv = std::max(0.0, moments(2, 2) / area - mean_v * mean_v);
-    // The Cholesky factor is a continuous function of the covariance; eigenvectors are not.
+    // Eigenvectors are not used, because they are not a continuous function of the covariance. The Cholesky factor is.
     const double along = std::sqrt(uu);
     const double shear = along > 0 ? std::clamp(uv / along, -std::sqrt(vv), std::sqrt(vv)) : 0;
     const double across = std::sqrt(std::max(0.0, vv - shear * shear));
@@ -356,7 +356,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const auto may_merge = [&](const Mean& side) {
     return !(side.area > 0) || (side.is_flat && is_alike(side.low, side.high, rigid_depth_m));
   };
-  // Contacts with a gap may differ more in depth if their area is smaller than that of the pressing contacts.
+  // The contacts with a gap may be merged at any depths if their area is smaller than that of the pressing contacts.
   const bool has_little_gap = sides[1].is_flat && sides[1].area <= sides[0].area;
   if (!must && !(may_merge(sides[0]) && (has_little_gap || may_merge(sides[1])))) return;
   const std::uint32_t first = contacts[begin].id;
@@ -364,7 +364,8 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const std::uint32_t end = last + contacts.back().count;
   const bool has_both = sides[0].area > 0 && sides[1].area > 0;
   contacts.resize(begin);
-  // If both contacts exist, one that presses and one with a gap, the one with a gap gets the id of the last point.
+  // If there is both a pressing contact and one with a gap, the latter gets the id of the last point, so that the ids
+  // differ.
   if (sides[0].area > 0) contacts.push_back(sides[0].contact(first, has_both ? last : end));
   if (sides[1].area > 0) contacts.push_back(sides[1].contact(has_both ? last : first, end));
 }

@@ -27,7 +27,7 @@ class PlaneCache {
   /// Sets the number of table entries that new queries of this step may read.
   void set_limit(std::size_t queries) noexcept { max_queries_ = queries; }
   void begin_part() noexcept { has_open_question_ = false; }
-  /// Returns whether some node of the part was not queried because of the limit.
+  /// Returns whether the limit has prevented the query of a node since begin_part().
   bool has_open_question() const { return has_open_question_; }
 
   /// Returns the planes below a node, with the accumulated motion until which they are valid. The set is empty if the

@@ -44,9 +44,11 @@ struct SearchSettings {
   /// capacity. The test ShellCut.IsFineSoonAfterAHardLanding requires a fine level within 20 steps after a hard
   /// landing.
   std::uint32_t steps_to_finest = 16;
-  /// Fractions of the capacity below which a finer level is tried. The first applies to the near points at level 0, the
-  /// second to the contacts at other levels, the third to the near points before the finest level. A finer level may
-  /// double the contacts, so the last two are below 0.5.
+  /// A finer level is tried if a count is below this fraction of the capacity:
+  /// * finer_below: number of near points, at level 0
+  /// * finer_level_below: number of contacts, at coarser levels. It is below 0.5, because a finer level may double the
+  ///   contacts
+  /// * finest_below: number of near points, for a trial of the finest level from any level
   double finer_below = 0.8, finer_level_below = 0.4, finest_below = 0.4;
 
   // Dividing of sampled nodes.
@@ -58,7 +60,7 @@ struct SearchSettings {
   /// Fractions of the capacity and of the limit of the cut. Dividing starts only while the contacts and the entries of
   /// the cut are below these fractions, because the children of all sampled nodes may need twice as many.
   double divided_below = 0.4, divided_cut_below = 0.45;
-  /// The budget for dividing is reduced by this number of queries for each point that the last walk queried.
+  /// Queries by which the budget for dividing is reduced, for each point that the last walk queried.
   std::uint32_t queries_per_point = 2;
 
   // Joining of far nodes.

@@ -1,4 +1,5 @@
-// A candidate for contact, as found by the search in a shell; the number of contacts that it needs; and the work done.
+// Results of the search in a shell: candidates for contacts, the number of contacts that they need, and the work of the
+// search.
 #pragma once
 
 #include <cstddef>

@@ -37,8 +37,8 @@ struct PatchTerms {
 ///   derivative of a potential of the velocities.
 enum class FrictionLimit : std::uint8_t { kFollows, kKept };
 
-/// Forces of contacts at trial velocities, and their derivatives. Twists are those of A relative to B; wrenches act on
-/// A.
+/// Computes the forces of contacts, and their derivatives, at trial velocities. Twists are those of A relative to B;
+/// wrenches act on A.
 ///
 /// Model   Symbols:
 ///         n, v     unit normal out of B, velocity of A relative to B at the contact, with the tangential part v_t

@@ -18,8 +18,8 @@ namespace {
 constexpr int kMaxRounds = 8;
 // A patch ends at an edge where the surface folds back, with an angle below 45° between its two sides.
 constexpr double kMaxFoldCosine = 0.707;
-// Patches with at most this number of border edges are compared by their borders. Larger patches are duplicates only if
-// they cover each other.
+// Patches with at most this number of border edges are duplicates if their borders are equal and they are close to each
+// other. Larger patches are duplicates only if they cover each other.
 constexpr std::size_t kMaxCorners = 64;
 // Largest distance between two triangulations of a twisted polygon that are treated as duplicates, as a fraction of the
 // square root of its area. They could also be the two sides of a thin solid. If all edges of the polygon have further
