@@ -49,17 +49,17 @@ class ClosedFormContacts {
 
   const ContactShape* a_ = nullptr;
   const ContactShape* b_ = nullptr;
-  const ContactShape* ball_ = nullptr;  ///< the shape that is a ball, if the other shape has planes
+  const ContactShape* ball_ = nullptr;  ///< shape that is a ball, if the other shape has planes; null: none
   double ball_share_ = 1;               ///< fraction of the force that is computed from the ball's points
   const FieldPlane* is_on_ = nullptr;   ///< plane of the ball's contacts; null: none
   const FieldPlane* was_on_ = nullptr;  ///< value of is_on_ in the previous step
-  bool are_rods_ = false;               ///< both shapes are thin rods
-  bool has_rods_ = false;               ///< the last find() found contacts of rods
+  bool are_rods_ = false;               ///< true: both shapes are thin rods or balls
+  bool has_rods_ = false;               ///< true: the last find() used the formulas for rods
   bool had_rods_ = false;               ///< value of has_rods_ in the previous step
   RodContacts rods_;
   std::array<double, kMaxRodContacts> core_areas_m2_ = {};
   std::array<Vec3, kMaxRodContacts> core_leads_W_;  ///< bristle of the core minus bristle of the contact
-  PlaneSet ball_planes_ = 0;  ///< result of the last plane query; its box has the centre and half edge below
+  PlaneSet ball_planes_ = 0;  ///< result of the last plane query; the next two members are its box
   Vec3 ball_planes_centre_F_ = Vec3::Zero();
   double ball_planes_reach_m_ = -1;
 };

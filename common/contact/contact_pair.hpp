@@ -94,7 +94,7 @@ class ContactPair {
   const ContactShape* b_ = nullptr;
   std::uint32_t budget_;
   bool is_a_primary_ = true;
-  bool is_mutual_ = false;  ///< both shapes contribute all of their points; false: only the primary shape does
+  bool is_mutual_ = false;  ///< true: both shapes contribute all of their points; false: only the primary shape
   double plane_share_ = 1;  ///< fraction of the area of a primary point on a flat part of the other shape
   ShellCandidates primary_;
   ShellCandidates other_;

@@ -30,7 +30,7 @@ constexpr double kThinShare = 0.02;
 // Points that are inside another part of the shape are omitted. A point counts as inside if its depth exceeds this
 // multiple of the field's error.
 constexpr double kBuriedErrors = 2;
-// Gradients shorter than this occur only on creases of the field, between two faces that are less than a cell apart. A
+// Gradients below this length occur only on creases of the field, between two faces that are less than a cell apart. A
 // distance grid returns gradients of length 0.1 there.
 constexpr double kShortGradient = 0.101;
 // Maximum rounding error of points' coordinates in single precision, as a fraction of the spacing of points.

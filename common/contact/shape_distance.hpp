@@ -17,7 +17,7 @@ double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactSh
 
 /// Returns whether a surface point of either shape is deeper than `depth_m` inside the other.
 ///
-/// Cost    stops at the first such point, so for deep overlap it takes much less time than shape_distance_m()
+/// Cost    less than shape_distance_m() for deep overlap, because it stops at the first such point
 bool overlaps(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
               double depth_m) noexcept;
 

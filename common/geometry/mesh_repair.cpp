@@ -150,8 +150,8 @@ class Nesting {
     return turned;
   }
 
-  /// Returns whether the outermost part that contains this part is inside out. For a part that no other part contains,
-  /// it is the part itself.
+  /// Returns whether the outermost part around this part is inside out. If no other part contains this part, it is the
+  /// outermost part itself.
   bool is_inside_out(std::size_t part) const { return measures_[outermost(part)].volume_m3 < 0; }
 
   /// Returns the number of buried parts. A buried part has the same orientation as the part around it, so it is
@@ -214,8 +214,8 @@ void close_holes(ContactMesh& result, std::vector<MeshPart>& parts) {
                          counted(result.mesh.triangles.size() - before, "triangle", "triangles"));
 }
 
-/// Closes slits, which are holes without an area. A slit arises where a vertex lies on the edge of a triangle that does
-/// not use it; no surface is missing there.
+/// Closes slits, which are holes without an area. No surface is missing at a slit: it arises where a vertex lies on the
+/// edge of a triangle that does not use this vertex.
 void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   const double widest_m = weld_tolerance_m(result.mesh);
   std::size_t closed = 0;

@@ -153,8 +153,8 @@ struct TriangleTree::Parts {
       if (sides->has_inner() && !sides->border().triangles.empty()) border.emplace(sides->border());
     }
 
-    /// Returns the closest point of the part, with a normal that points outwards. The own normal of a triangle is not
-    /// sufficient if the triangle crosses others or has unpaired edges.
+    /// Returns the closest point of the part, with a normal that points outwards. If the closest triangle crosses
+    /// others or has unpaired edges, its own normal may point inwards and is corrected.
     ///
     /// In      found  closest point if it is already known, otherwise an empty result
     /// Out     an empty result if there is no point within the limit

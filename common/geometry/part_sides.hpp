@@ -47,7 +47,7 @@ class PartSides {
   /// Returns whether a point is inside, given its closest point on the mesh.
   bool is_inside(const Vec3& p_S, int triangle, const Vec3& closest_S) const noexcept;
   const TriangleMesh& border() const;  ///< triangles and cells, except those with the inside on both sides
-  bool has_inner() const;              ///< true if a triangle or cell has the inside on both sides
+  bool has_inner() const;              ///< true: some triangle or cell has the inside on both sides
   int triangle_of_border(int triangle) const;
 
  private:

@@ -13,7 +13,7 @@ namespace {
 
 // Maximum number of bricks whose blocks have different sets of planes. This many need 32 MB.
 constexpr std::size_t kMaxMixed = std::size_t{1} << 16U;
-// Two signed distances to planes count as equal if they differ by at most this.
+// Two signed distances to planes count as equal if their difference is at most this value.
 constexpr double kSameDistance_m = 5e-6;
 // Maximum number of bricks and blocks that a query may read, to bound its cost. A query that would read more returns no
 // planes. The contact search then queries the children of its node instead.

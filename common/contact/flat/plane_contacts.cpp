@@ -184,7 +184,7 @@ class NodeContacts {
   /// In      is_sliced  true: pieces with a gap, and pieces deeper than half of the rigid depth, are cut into slices of
   ///         depth. The contact of the deepest slice is then nearly as deep as the piece. All other pieces, or all if
   ///         false, have four contacts each
-  /// Out     false if the number of contacts would exceed `room` (the argument) or the number of ids (points of the
+  /// Out     false if there would be more contacts than `room` (the argument), or more than ids (one per point of the
   ///         node)
   bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {
     const Polygon whole = corners_of(flat);

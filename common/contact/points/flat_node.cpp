@@ -76,7 +76,7 @@ std::array<std::uint32_t, 5> quarters_of(const ShellNode& node) {
 std::vector<FlatNode> find_flat_nodes(std::span<const ShellPoint> points, std::span<ShellNode> nodes) {
   std::vector<FlatNode> found;
   if (points.size() > kMaxPoints) return found;
-  std::size_t flat_end = 0;  // nodes below this index are below the most recent flat node
+  std::size_t flat_end = 0;  // end of the subtree of the most recent flat node
   std::optional<Eigen::Matrix3d> axes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     ShellNode& node = nodes[i];

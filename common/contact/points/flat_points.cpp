@@ -16,8 +16,8 @@
 namespace tandem::contact {
 namespace {
 
-// Distance from the surface up to which a polygon may extend outside the field, because samples of a field have errors
-// of up to 0.1 mm at sharp edges.
+// Largest distance by which a polygon may extend beyond the field's surface. It is not zero, because samples of a field
+// have errors of up to 0.1 mm at sharp edges.
 constexpr double kBeyond_m = 1.1e-4;
 // Criteria for points that cover a polygon evenly.
 // * kMinPolygon: minimum number of points; the points of a smaller node are used singly.
@@ -156,8 +156,8 @@ bool reaches_beyond(const FlatNode& flat, const DistanceField& field) {
   return false;
 }
 
-/// Chooses the order and the signs of the axes, and thus which of the four points at mean ± deviations represents which
-/// quarter of the node's points (quarters_of()). Each of them must be near the mean of its quarter.
+/// Chooses the order and the signs of the axes. They determine which of the four points at mean ± deviations represents
+/// which quarter of the node's points (quarters_of()). Each of the four points must be near the mean of its quarter.
 void direct_axes(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments, Vec3& deviations,
                  Eigen::Matrix3d& axes) {
   const auto quarters = quarters_of(node);

@@ -10,7 +10,7 @@
 namespace tandem::contact {
 namespace {
 
-// A corner is removed if its distance from the line between its neighbours is at most this.
+// A corner is removed if its distance from the line between its neighbours is at most this value.
 constexpr double kNoCorner_m = 2e-5;
 
 /// Returns twice the area of the triangle a, b, c; positive if the corners are anticlockwise.

@@ -31,8 +31,8 @@ constexpr double kReachRounding = 1 - 1e-4;
 // small to be divided in single precision counts as covered.
 constexpr int kMaxHalvings = 14;
 
-// Lower limit of the option max_points. With fewer points, the corners of even a simple body could exceed the limit at
-// any spacing.
+// Lower limit of the option max_points. With fewer points, no spacing would be wide enough: even the corners of a
+// simple body could exceed the limit.
 constexpr std::size_t kFewestPoints = 1000;
 
 using Corners = std::array<Eigen::Vector3f, 3>;

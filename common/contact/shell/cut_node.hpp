@@ -25,9 +25,10 @@ struct CutNode {
   /// Planes below the node, valid until its next query. If there are any, query_again_at_m is compared with the
   /// accumulated motion alone, without the band.
   PlaneSet planes = 0;
-  LeafLags lags = {};       ///< for each point of a sampled leaf: additional motion until its next query
-  bool is_leaf = false;     ///< the node is treated as a leaf: its points were sampled
-  bool is_sampled = false;  ///< only eight of its points were sampled; sufficient at this level or a coarser one
+  LeafLags lags = {};    ///< for each point of a sampled leaf: additional motion until its next query
+  bool is_leaf = false;  ///< true: the node is used as a leaf, and its points were sampled
+  /// True: only eight of the node's points were sampled. That suffices at the current level and at coarser ones.
+  bool is_sampled = false;
 
   /// Returns an entry for a node that has no bound yet.
   static CutNode unknown(std::uint32_t node) {
@@ -49,7 +50,7 @@ struct CutPart {
   double halves_check_after_m = 0;  ///< motion between that next check and the one after it
   bool has_open_question = false;   ///< true: a plane query was omitted; the next check queries the whole part again
   bool waits_for_rest = false;      ///< true: the next check is postponed until the part moves slowly, or has moved far
-  bool has_sampled = false;         ///< true if the part may have sampled nodes (eight points represent all points)
+  bool has_sampled = false;         ///< true: some nodes of the part may be sampled (by eight of their points)
 
   /// Makes the next walk query the part, because one of the part's nodes has no bound.
   void query_now() { query_again_at_m = -std::numeric_limits<double>::infinity(); }
@@ -67,7 +68,7 @@ struct WalkState {
   std::uint32_t root = 0;     ///< root of the part
   float first_at_m = 0;       ///< least accumulated motion at which one of the kept nodes must be queried again
   bool divides_part = false;  ///< true: sampled nodes of this part are being divided
-  bool has_sampled = false;   ///< the part's new cut has a sampled node
+  bool has_sampled = false;   ///< true: the new cut of this part has a sampled node
 };
 
 /// Rounds a bound down to single precision, so that rounding never makes it too large. Bounds above 100 m are reduced

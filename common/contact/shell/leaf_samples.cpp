@@ -89,9 +89,9 @@ LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const D
 }
 
 // Corrects the depths of points in a wall that is hardly thicker than a cell of the grid. In the middle of such a wall,
-// the interpolated depth is too small, and the gradient may point to the wrong face. The right face is the one that the
-// point's normal faces. The depth below it is extrapolated from a sample outside that face. It is limited to the depth
-// at which contact stops the point.
+// the interpolated depth is too small, and the gradient may point to the wrong face. The right face is the one whose
+// outward normal is opposite to the point's normal. The depth below this face is extrapolated from a sample outside of
+// it, and limited to the depth at which contact stops the point.
 void LeafSamples::sample_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept {
   const double way_m = kBesideErrors * field_.error_m();
   for (std::size_t k = 0; k < size_; ++k) {

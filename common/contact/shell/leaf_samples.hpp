@@ -58,7 +58,7 @@ class LeafSamples {
   /// do not press. In three cases merging would lose force, and each point becomes a candidate: around an edge, in a
   /// thin wall, or if only some of the pressing points are deeper than `rigid_depth_m`.
   ///
-  /// In      must  true: points are merged in these cases, too
+  /// In      must  true: pressing points are merged in these three cases, too
   void add_joined(double band_m, double rigid_depth_m, bool must, std::vector<ShellCandidate>& candidates) const;
 
  private:

@@ -127,7 +127,7 @@ class ShellCandidates {
   KeptCut kept_;
   std::size_t divided_up_to_ = 0;  ///< index of the part with which the next step continues dividing
   std::uint32_t walk_points_ = 0;  ///< number of points queried by the last complete walk, except by dividing
-  bool has_rested_ = false;        ///< the last step had the same pose as the step before it
+  bool has_rested_ = false;        ///< true: in the last step, pose and band were the same as in the step before
   double band_m_ = 0;              ///< band of the last step
   double least_band_m_ = 0;        ///< narrowest band so far; the bounds of points hold for this band
 };

@@ -94,7 +94,7 @@ bool ShellCandidates::walk_part(CutPart& part, double band_m) noexcept {
     const bool is_whole = is_due && part.has_open_question;
     if (is_whole && !open(part.node, nearest_m(shell_->nodes[part.node]), part.moved_m, band_m)) return false;
     Ahead ahead(*this, entries, part.moved_m, band_m);
-    bool was_queried = false;  // whether the previous entry was queried
+    bool was_queried = false;  // true: the previous entry was queried
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
       if (!was_queried && !is_due && !walk_.divides_part) i += append_known(entries.subspan(i), part.moved_m, band_m);
       if (i == entries.size()) break;

@@ -58,7 +58,7 @@ class SideClassifier {
   explicit SideClassifier(const TriangleMesh& mesh)
       : mesh_(mesh), winding_(mesh), step_m_(kStepShare * diagonal_m(mesh)) {}
 
-  /// Out     is_sure  false if the result is not clear, see is_clear()
+  /// Out     is_sure  false if the classification is not clear, see is_clear()
   Side side_of(std::size_t triangle, bool& is_sure) const {
     const std::array<Vec3, 3> corners = corners_of(mesh_, triangle);
     const Vec3 normal = doubled_area(mesh_, triangle).stableNormalized();

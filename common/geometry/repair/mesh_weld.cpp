@@ -164,7 +164,7 @@ std::size_t drop_flat_once(TriangleMesh& mesh, double tolerance_m) {
       if (uses.size() == 2) {
         const HalfEdge& other = uses[1 - i];
         const auto beyond = static_cast<std::size_t>(other.triangle);
-        if (is_changed[beyond]) continue;  // the neighbour changed in this round; the next round divides it
+        if (is_changed[beyond]) continue;  // the neighbour was changed in this round, so the next round divides it
         const auto& corners = before[beyond];
         const int from = corners[static_cast<std::size_t>(other.side)];
         const int to = corners[static_cast<std::size_t>((other.side + 1) % 3)];
