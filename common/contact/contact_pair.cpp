@@ -14,8 +14,8 @@ namespace {
 
 // Largest spacing of a shell's points [m] at which the shell alone is fine enough to find contacts.
 constexpr double kFineSpacing_m = 5e-4;
-// Amount by which the depth of a contact that was found late may grow in a step, in addition to the contact's motion.
-// At 1 kHz it is 10 mm/s.
+// Amount by which the depth of a late-found contact may grow in a step [m], in addition to the contact's motion. At 1
+// kHz it is 10 mm/s. A contact is found late if an earlier search has missed it because of the budget.
 constexpr double kPushOut_m = 1e-5;
 
 // If the cosine of the angle between a plane's normal and the sample's gradient is below this value, the plane belongs
@@ -52,7 +52,7 @@ struct ContactPair::Direction {
   std::uint32_t id_bits = 0;
   double sign = 1;         ///< factor ±1 that turns the field's gradient so that it points out of B
   double share = 1;        ///< fraction of a point's area that counts
-  double plane_share = 1;  ///< fraction of a point's area that counts if the point is at a plane of the field
+  double plane_share = 1;  ///< fraction that counts instead if the point is at a plane of the field
 
   /// Returns the plane that replaces the field at a point: its distance equals the field's distance, which must be 0 or
   /// negative. Returns null if there is no such plane.
@@ -85,8 +85,8 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   is_a_primary_ = is_primary(*a, *b);
   const ContactShape& first = is_a_primary_ ? *a : *b;
   const ContactShape& second = is_a_primary_ ? *b : *a;
-  // If both shapes have fine points, both contribute all of them, each with half of its area. With the points of only
-  // one shape, a blunt tip could enter between them and would not be deep at any point.
+  // If both shapes have fine points, both contribute all of them, each with half of its area. With the points of the
+  // other shape only, a blunt tip could enter between them and no point would be deep.
   is_mutual_ = is_fine(*a) && is_fine(*b);
   const PointShell& others = is_mutual_ ? second.surface_off_planes() : second.shells.features;
   const std::uint32_t for_others = others.nodes.empty() ? 0 : budget_ / (is_mutual_ ? 2 : 4);

@@ -14,7 +14,7 @@ constexpr int kMost = static_cast<int>(kReducedContacts);
 using Columns6 = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMost>;
 
 // Number of calls of shared_out(), which divides the contacts among the groups, and of bend(), which corrects the
-// groups' lines of force. On 15 kinds of patches, more calls changed the result little.
+// groups' lines of force. More calls changed the result little (tried on 15 kinds of patches).
 constexpr int kSharings = 2;
 constexpr int kBendings = 3;
 // Added to the squared distance between a group and a contact, in units of the patch's radius. A contact is divided

@@ -45,7 +45,7 @@ inline constexpr std::size_t kReducedContacts = 16;
 /// Model   1. 16 (or 8) groups start at a fixed pattern of positions and normals. The pattern is stretched to the
 ///            covariance of the positions and normals of the pressing contacts.
 ///         2. Each contact is divided among all groups, mostly among the near ones. A group moves to the mean of the
-///            contacts' fractions that it has got.
+///            fractions of contacts that belong to it.
 ///         3. The lines of force of the groups are changed a little, until their stiffness matrix equals that of all
 ///            contacts. A moment along a line, as of a screw, cannot be reproduced by a single force.
 ///         4. The forces are corrected so that the net wrench is exact.

@@ -144,8 +144,8 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
   return std::numeric_limits<double>::infinity();
 }
 
-/// Returns the half thickness of the shape's thin parts: on all of the surface except the fraction kThinShare, the half
-/// thickness is larger.
+/// Returns the half thickness of the shape's thin parts. It is exceeded on the whole surface except for the fraction
+/// kThinShare.
 double thin_half_thickness(const DistanceField& field, const PointShell& shell) {
   const std::size_t most_samples = 20'000;
   const double limit_m = kMaxHalfThickness;

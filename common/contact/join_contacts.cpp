@@ -51,7 +51,7 @@ void ContactPair::join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape
 }
 
 // Transfers the bristle (friction state) of the previous step again to a contact whose normal was changed. find() has
-// already removed the component along the old normal, which the new tangential plane may need.
+// removed the bristle's component along the old normal, but that component may be tangential to the new normal.
 void ContactPair::carry_bristle_again(std::size_t index, bool is_first_direction) noexcept {
   const std::size_t begin = is_first_direction ? 0 : first_of_other_before_;
   const std::size_t end = is_first_direction ? first_of_other_before_ : before_.size();

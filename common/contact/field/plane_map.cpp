@@ -238,8 +238,8 @@ bool PlaneMap::is_right_beyond(PlaneSet set, const OrientedBox& box_S) const noe
   return true;
 }
 
-// Returns whether the planes `others` can be ignored beside those of `set`: everywhere in a cube, each of them has at
-// most the distance of one plane of `set`.
+// Returns whether the planes `others` may be ignored beside those of `set`: in the whole cube, some plane of `set` has
+// at least their distance.
 bool PlaneMap::is_below(PlaneSet others, PlaneSet set, const Vec3& middle, double edge_m) const noexcept {
   for (; others != 0; others &= others - 1) {
     const FieldPlane& other = planes_[static_cast<std::size_t>(std::countr_zero(others))];

@@ -11,9 +11,9 @@
 
 namespace tandem::contact {
 
-/// For each block of a lattice, stores a set of planes that replaces the field in this block: the field equals the
-/// largest distance to the planes. A block without such planes has none. A block is a cube with 1/8 of the edge of a
-/// brick; bricks are the cubes of the lattice.
+/// Stores, for blocks of a lattice, a set of planes that replaces the field there: in the block, the field equals the
+/// largest distance to these planes. Blocks without such a set have the value kNone. A block is a cube with 1/8 of the
+/// edge of a brick; bricks are the cubes of the lattice.
 ///
 /// Thread  any number of threads at the same time
 class PlaneMap {
@@ -70,9 +70,9 @@ class PlaneMap {
   double brick_m_ = 1;
   /// Content of each brick: the common value of its blocks; if they differ, kFirstMixed + index in mixed_.
   std::vector<std::uint32_t> refs_;
-  /// For a brick that has one set of planes: further planes that may be added to the set, because in the whole brick
-  /// some plane of the set is at least as distant. For a brick far outside: the planes above which the whole brick
-  /// lies.
+  /// For a brick that has one set of planes: further planes that a query may add without a change of its result,
+  /// because everywhere in the brick some plane of the set is at least as distant. For a brick far outside: the planes
+  /// above which the whole brick lies.
   std::vector<PlaneSet> harmless_;
   std::vector<Blocks> mixed_;  ///< blocks of the bricks whose blocks have different values
   static constexpr std::uint32_t kFirstMixed = 256;

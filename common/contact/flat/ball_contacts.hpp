@@ -28,9 +28,9 @@ const FieldPlane* plane_below_ball(const DistanceField& field, PlaneSet planes, 
 ///         slice therefore has the slice's force.
 ///         The pressing cap is divided into four slices, by height above the deepest point:
 ///         1. 0 to 16 µm (at most 0.143 δ): one contact on the axis. It is too shallow by at most 8 µm.
-///         2. to 0.143 δ: one contact on the axis.
-///         3. to 0.65 δ: a pair of contacts on the first tangent of the plane.
-///         4. to δ: a pair of contacts on the second tangent.
+///         2. 16 µm to 0.143 δ: one contact on the axis.
+///         3. 0.143 δ to 0.65 δ: a pair of contacts on the first tangent of the plane.
+///         4. 0.65 δ to δ: a pair of contacts on the second tangent.
 ///         The distances of the pairs give the cap's stiffness against tilting, a²/4 × area. The border 0.143 gives the
 ///         moment of friction about the normal, 8/15 a × friction force.
 ///         The part of the ball with a gap is divided into slices that end at gaps of 16, 64 and 256 µm and at the

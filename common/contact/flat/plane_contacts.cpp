@@ -73,8 +73,8 @@ struct Mean {
   }
 };
 
-/// Four points that replace an area: each has a quarter of it, and together they have its mean and covariance. They are
-/// at mean ± s₁ ± s₂, where s₁ and s₂ are the columns of the Cholesky factor of the covariance.
+/// Four points that replace an area. Each has a quarter of the area, and together they have its mean and covariance.
+/// They are at mean ± s₁ ± s₂, where s₁ and s₂ are the columns of the Cholesky factor of the covariance.
 struct Four {
   double area;
   std::array<double, 4> u, v;
@@ -181,9 +181,9 @@ class NodeContacts {
   /// Adds the contacts of a node's polygon. The polygon is divided into parts with one nearest plane each, and each
   /// part into a pressing piece and a piece with a gap.
   ///
-  /// In      is_sliced  true: pieces with a gap, and pieces deeper than half of the rigid depth, are cut into slices of
-  ///         depth. The contact of the deepest slice is then nearly as deep as the piece. All other pieces, or all if
-  ///         false, have four contacts each
+  /// In      is_sliced  true: slices of depth are cut from pieces with a gap, and from pieces deeper than half of the
+  ///         rigid depth. The contact of the deepest slice is then nearly as deep as the piece. Pieces that are not cut
+  ///         have four contacts each
   /// Out     false if there would be more contacts than `room` (the argument), or more than ids (one per point of the
   ///         node)
   bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {

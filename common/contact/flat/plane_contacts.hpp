@@ -39,7 +39,8 @@ struct PlaneContacts {
   std::uint32_t id_bits = 0;
   /// Number of contacts that may still be added. For each later node, least_contacts_of() are reserved in addition.
   std::size_t room = 0;
-  /// Additional contacts that later nodes need to represent all planes below them. Their reserve is for one plane only.
+  /// Additional contacts that later nodes need to represent all planes below them. Their least_contacts_of() suffice
+  /// for one plane.
   std::size_t more = 0;
 
   /// Appends the contacts of a node in the order of the points. While it runs, `contacts` needs capacity for kSmallNode

@@ -60,10 +60,12 @@ enum class FrictionLimit : std::uint8_t { kFollows, kKept };
 ///         2. The factor r = f_n/(w ρ), limited to 1 to 100, makes friction stiffer for a contact on the hard floor, in
 ///            proportion to its normal force.
 ///         3. After the step, the bristle is s + r h v_t, at most μ f_n / k_t long.
-///         Both forces are dissipative. f_n h u is at least the increase of the layer's energy ½ w δ², for either sign
-///         of u. The clamp, a projection on a ball, is monotone; while r is constant, friction therefore dissipates at
-///         least the increase of the energy stored in s. When r falls to 1, s may return 0.6 μ² w ρ² more (8 µJ for a
-///         tip of 1 mm)
+///         Both forces are dissipative:
+///         1. For either sign of u, the normal force does the work f_n h u, which is at least the increase of the
+///            layer's energy ½ w δ².
+///         2. While r is constant, friction dissipates at least the increase of the energy stored in s, because the
+///            clamp (a projection on a ball) is monotone. Exception: when r falls to 1, s may return 0.6 μ² w ρ² more
+///            (8 µJ for a tip of 1 mm)
 /// Source  our derivation; 0.8 is Mindlin's ratio k_t / k_n of two elastic spheres, 2 (1 − ν)/(2 − ν), for a Poisson's
 ///         ratio ν of 0.3 to 0.35
 class ContactRows {
@@ -73,8 +75,8 @@ class ContactRows {
 
   void clear() noexcept { used_ = 0; }
   /// Appends rows for these contacts and stores their range in `terms`. Returns false if the capacity does not suffice.
-  /// An invalid contact has no force, and `ill` counts it. A contact is invalid if a number is not finite, the area is
-  /// not positive, or the normal is no unit vector.
+  /// Contacts with a number that is not finite, without a positive area, or with a normal that is no unit vector are
+  /// invalid. They have no force, and `ill` counts them.
   bool append(std::span<const ContactPoint> contacts, PatchTerms& terms, std::uint32_t& ill) noexcept;
 
   /// Returns the wrench on A for this twist of A relative to B, both about terms.about_W.
