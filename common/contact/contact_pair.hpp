@@ -21,14 +21,13 @@ inline constexpr std::uint32_t kContactBudget = 768;
 /// subtree of far points has a lower bound of its distance to the other shape. It is not searched again until the
 /// shapes have moved by this bound.
 ///
-/// Model   Surface points of each shape are sampled in the distance field of the other, each for half of its area.
+/// Model   The surface points of each shape are sampled in the distance field of the other, each for half of its area.
 ///         There are two exceptions:
 ///         1. On a flat part of the larger shape, only the smaller shape's points are used, with their whole area.
 ///            Otherwise, the few points of the larger shape beside the edges of a small tip would push the tip
-///         sideways.
-///         2. A shape whose points are farther apart than 0.5 mm (a large primitive) contributes its feature points
-///            only.
-///            The other shape's points then count with their whole area
+///            sideways.
+///         2. A shape whose points are farther apart than 0.5 mm (a large primitive) contributes only its feature
+///            points. The points of the other shape then count with their whole area
 /// Thread  any, one at a time
 class ContactPair {
  public:
