@@ -1,5 +1,5 @@
-// Clamps the coupling of a scene to the limits of a device. Display, tool at the server, and stability check all use
-// the clamped coupling.
+// Clamps the coupling of a scene to the limits of a device. The clamped coupling is used in three places: for the
+// displayed force, for the tool at the server, and for the stability check.
 #pragma once
 
 #include <limits>
@@ -21,8 +21,8 @@ inline constexpr CouplingParameters kNoCouplingBounds = [] {
 CouplingParameters coupling_bounds_in_world(const CouplingParameters& device_bounds,
                                             const WorkspaceMapping& workspace) noexcept;
 
-/// Returns `requested` with each coefficient clamped to its bound, both in world units. The bound on stiffness applies
-/// to the steepest slope of the law's force. Clamping a result again does not change it.
+/// Returns `requested` with each coefficient clamped to its bound, both in world units. The bound on stiffness limits
+/// the steepest slope of the law's force. The function is idempotent: clamping a result again does not change it.
 ///
 /// Thread  any: no allocation, no throw
 CouplingParameters rendered_coupling(std::string_view law, const CouplingParameters& requested,
