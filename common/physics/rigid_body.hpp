@@ -61,7 +61,7 @@ class RigidBody {
   ///         conserved.
   /// Source  our derivation
   void advance(const Twist& V_WC, double step_s);
-  /// Moves the body by a step with exactly this velocity, and clears the applied wrenches. Used for prescribed motion.
+  /// Moves the body by a step with exactly the velocity `V_WC`, for a prescribed motion. Clears the applied wrenches.
   void move(const Twist& V_WC, double step_s);
   /// Displaces the body by the small displacement `by_W`, whose rotation is about the centre of mass. Adds `dv` to the
   /// velocity of the centre.

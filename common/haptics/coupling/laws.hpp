@@ -38,8 +38,7 @@ struct CouplingLawInfo {
 };
 
 inline constexpr std::string_view kDefaultCouplingLaw = "stable-dynamic";
-inline constexpr std::string_view kAdaptiveLaw =
-    "adaptive";  ///< name of the law whose coefficients come from a calibrated fit
+inline constexpr std::string_view kAdaptiveLaw = "adaptive";  ///< law with coefficients from a calibrated fit
 
 /// All laws; the first is the default.
 std::span<const CouplingLawInfo> coupling_laws() noexcept;

@@ -23,8 +23,8 @@ class InertialessThings {
   InertialessThings(std::size_t things, std::size_t tools, double speed_m_per_s);
   ~InertialessThings();
 
-  /// Computes the displacement of each object without inertia by its couplings and joints. An object at its handle is
-  /// moved before contacts are searched, with limited speed, so that the contacts found are those of its final pose.
+  /// Computes how far the couplings and joints move each object without inertia. Objects at their handle are already
+  /// moved here, with limited speed, so that the contacts found later are those of their final poses.
   TickFaults follow(double step_s, std::span<const TouchThing> things, std::span<const TouchCoupling> couplings,
                     std::span<const TouchJoint> joints) noexcept;
   /// Returns the upper limit of this object's motion in the step.
