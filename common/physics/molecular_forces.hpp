@@ -31,8 +31,8 @@ double felt_energy_kcal_per_mol(const WorldDescription& world, double energy_kca
 
 /// Molecular forces between all pairs of bodies that have a molecule.
 ///
-/// Model   Scales: x [m] = S_x · x [Å], f [N] = s(E) · S_f · f [kcal/mol/Å], τ [N·m] = s(E) · S_f · S_x · τ [kcal/mol].
-///         S_x and S_f are the scene's scales, and s is felt_share().
+/// Model   Scales: lengths x [m] = S_x · x [Å], forces f [N] = s(E) · S_f · f [kcal/mol/Å], and torques τ [N·m] = s(E)
+///         · S_f · S_x · τ [kcal/mol]. S_x and S_f are the scene's scales, and s is felt_share().
 ///         Limit: √(|f|² + (|τ_a|² + |τ_b|²)/(2L²)) measures the load on a pair of molecules a and b, where L is their
 ///         mean radius of gyration. If the load exceeds half of the scene's force limit, f and τ are scaled down by the
 ///         same factor. Directions are unchanged and the third law holds, but in this range the field is not

@@ -28,7 +28,7 @@ inline constexpr double kRampSlope_n_per_s = 80;
 ///         Reason for the second case: the force k d is at most F, so the displacement d is at most F divided by the
 ///         smaller stiffness. A linear change would therefore change the force at a rate of up to F (r − 1) / T. If
 ///         this rate exceeds kRampSlope_n_per_s, stiffness and damping change geometrically; the rate is then k d ln(r)
-///         / T, at most kRampSlope_n_per_s.
+///         / T, at most kRampSlope_n_per_s unless T is clamped to kMaxCouplingRamp_s.
 ///         Energy: an increase Δk of the stiffness at a displacement d adds the energy ½ Δk d². The change of the
 ///         coefficients creates this energy, not the law
 /// Thread  haptic and room: no allocation, no throw

@@ -26,7 +26,7 @@ struct LoopModel {
 /// The loop is stable if the result is below 1.
 ///
 /// Model   1. Hand and device are one mass, integrated exactly under a force held over the period T (matrix
-///         exponential).
+///            exponential).
 ///         2. The handle seen by the coupling in period k is at x_{k−d}, with the velocity (x_{k−d} − x_{k−d−n}) / (n
 ///            T), for a delay of d periods and a velocity window of n periods.
 ///         3. The tool's state at the end of the period follows from coupling and contact by implicit Euler, as in the

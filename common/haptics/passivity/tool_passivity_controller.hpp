@@ -32,7 +32,7 @@ namespace tandem::haptics {
 ///         pose. Therefore delay alone makes no balance negative. If inputs pass through a playout buffer, so do their
 ///         energies.
 /// Limits  * m uses the wrench of the last step. A wrench that grows within a step (first contact) exceeds the balance
-///         once and is braked in the next step.
+///           once and is braked in the next step.
 ///         * A pull of 6 N without any energy supply creeps at 3 mm/s when the balance is at its minimum.
 ///         * Energy dissipated on the hand's side stays in the balance, up to kMaxBalance_j.
 /// Source  as for HandPassivityController; the brake is the damper of an admittance port
