@@ -21,8 +21,8 @@ AtomPairs atom_contacts(const Molecule& a, const Molecule& b, const Pose& X_AB_a
 
 /// Returns the hydrogen bonds between the molecules, as pairs (atom of A, atom of B). Either atom may be the donor.
 ///
-/// Model   A donor is an N or O atom with a hydrogen H within 1.25 Å; an acceptor is any N or O atom. With the donor D
-///         and the acceptor A, a hydrogen bond has a distance H···A of at most 2.5 Å and an angle D−H···A of at least
+/// Model   A donor is an N or O atom with a hydrogen H within 1.25 Å; an acceptor is any N or O atom. A hydrogen
+///         bond has a distance of at most 2.5 Å between H and the acceptor, and an angle donor−H···acceptor of at least
 ///         120°. The N and O atoms of a molecule without hydrogens bond to every N and O atom of the other molecule
 ///         within 3.5 Å
 /// Source  Baker, Hubbard, Prog. Biophys. Mol. Biol. 44 (1984) 97: distance and angle; 3.5 Å is the usual limit for

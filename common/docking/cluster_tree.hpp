@@ -51,8 +51,8 @@ class NeighbourSearch {
   /// In      near_children  a kernel whose instruction set the CPU supports
   NeighbourSearch(const ClusterTree& a, const ClusterTree& b, NearChildren near_children);
 
-  /// For each leaf of B with close leaves of A, calls found(leaf of B, close leaves of A), in ascending order. A leaf
-  /// of A is close if the distance of the two bounding boxes is within the cut-off.
+  /// Calls found(leaf of B, close leaves of A) for each leaf of B that has close leaves of A. Both are in ascending
+  /// order. Two leaves are close if the distance of their bounding boxes is within the cut-off.
   /// Cost    proportional to the nodes near the interface; no allocation
   template <class Found>
   void run(const Pose& X_AB, double cutoff, const Found& found) {

@@ -212,8 +212,9 @@ class Lattice {
     return {origin_ - Vec3::Constant(kBorder * wide), wide, count};
   }
 
-  /// Calls use(index in the coarser lattice, weight) for the nodes from which node i is interpolated along an axis. For
-  /// even i this is the coarser node at the same position. For odd i these are the six nearest nodes.
+  /// Calls use(index in the coarser lattice, weight) for each coarser node from which node i is interpolated along an
+  /// axis. For an even i this is the node at the same position. For an odd i, which lies half-way between two coarser
+  /// nodes, these are the six nearest nodes.
   template <class Use>
   static void from_coarser(std::size_t i, const Use& use) {
     const std::size_t below = kBorder + i / 2;

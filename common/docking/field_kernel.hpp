@@ -136,8 +136,9 @@ using NearChildren = std::size_t (*)(const ChildBoxes* nodes, const std::uint32_
                                      const float centre[3], const float half[3], float reach2,
                                      std::uint32_t* found) noexcept;
 
-/// Computes the three potentials of A beyond the cut-off (for q, C6 and C12, see far_grid.hpp) at `places` [Å], in the
-/// frame of A's floats. Each array has `count` floats, a multiple of kLanes, and is aligned to 64 bytes.
+/// Computes the three potentials of A beyond the cut-off (for q, √C6 and √C12, see far_grid.hpp) at `places` [Å]. The
+/// coordinates have the same origin as the float positions of A's atoms. Each array has `count` floats, a multiple of
+/// kLanes, and is aligned to 64 bytes.
 using FarPointsKernel = void (*)(const Target&, std::size_t atoms, const KernelModel&, std::size_t count,
                                  const float* const places[3], float* const potentials[3]) noexcept;
 

@@ -56,9 +56,9 @@ class MolecularField {
 
   /// Names of the kernels that this CPU can run, widest first; "portable" is always the last.
   static std::vector<std::string_view> available_kernels();
-  /// Selects the default kernel of the process, which is used for the kernel name "". The argument "" selects the
-  /// kernel with the widest registers. Must be called before fields are created. Throws std::invalid_argument for a
-  /// name that is not in available_kernels().
+  /// Selects the default kernel of the process. It is used by each field that is created later with the kernel name "".
+  /// `kernel` is a name in available_kernels(), or "" for the kernel with the widest registers. Throws
+  /// std::invalid_argument for any other name.
   /// Thread  any
   static void use_by_default(std::string_view kernel);
   /// Returns the name of the default kernel.

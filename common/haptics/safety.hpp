@@ -60,7 +60,7 @@ struct SafetyInput {
   bool has_state = false;     ///< whether a state was received in this session
   bool is_displaying = true;  ///< false for an observer or before joining: zero force, even if states arrive
   /// Whether the clutch is pressed. The handle then rests in the world while the hand moves. A force computed from the
-  /// handle would push the hand without limit and would create energy.
+  /// resting handle would do work along the hand's motion, and could create energy without limit.
   bool is_clutched = false;
   bool sample_is_valid = true;
   double handle_speed_m_per_s = 0;

@@ -18,8 +18,8 @@ bool is_massless(const TouchThing& thing) {
   return thing.dynamics == haptics::ToolDynamics::kMassless;
 }
 
-/// Returns the largest row sum of absolute values. It is an upper bound of the largest eigenvalue of a symmetric
-/// matrix, and equals that eigenvalue for a free ball.
+/// Returns the largest row sum of absolute values: an upper bound of the largest eigenvalue of a symmetric matrix. For
+/// a ball that can move freely, the matrix is a multiple of the identity, and the bound is exact.
 double bound_of(const Eigen::Matrix3d& matrix) {
   return matrix.cwiseAbs().rowwise().sum().maxCoeff();
 }

@@ -83,8 +83,8 @@ class World {
   void deactivate_tool(std::size_t tool);
   /// Sets the newest state of the user's handle. The tool is coupled to it until clear_handle().
   void set_handle(std::size_t tool, const RigidState& handle);
-  /// Ends the coupling to the handle until the next set_handle(). A tool that holds nothing then drifts and is damped.
-  /// A body that the tool holds is softly coupled to its present pose.
+  /// Ends the coupling to the handle until the next set_handle(). A tool that holds nothing then continues to move and
+  /// is damped. If it holds a body, its coupling pulls the body to its present pose.
   void clear_handle(std::size_t tool);
 
   /// Grabs a body. If `body` is invalid, grabs the nearest graspable body within reach.
@@ -110,8 +110,8 @@ class World {
   /// Coefficients that currently apply to the tool.
   const haptics::CouplingParameters& coupling(std::size_t tool) const;
 
-  /// Adds a brake to the tool's coupling: damping of its velocity in the world, and of its rotation with the lever arm
-  /// kBrakeLever_m. A brake has no force at rest, so a held body remains held. A tool at its handle
+  /// Sets the brake of the tool's coupling: a damping of the tool's velocity in the world, and of its rotation with the
+  /// lever arm kBrakeLever_m. A brake has no force at rest, so a held body is not dropped. A tool at its handle
   /// (ToolDynamics::kAtHandle) is not braked. Ignored if negative or not finite.
   void brake(std::size_t tool, double n_s_per_m);
 
@@ -142,8 +142,8 @@ class World {
   /// Keeps the body in the touch stage for at least `seconds` from now. When this time has passed, the body leaves the
   /// touch stage if it is neither held nor touched.
   void keep_implicit(BodyId body, double seconds);
-  /// Sets the contact of the tool, or of its held body, with soft bodies; valid until the next call. For worlds that do
-  /// not simulate soft bodies themselves.
+  /// Sets the contact of the tool, or of its held body, with soft bodies; valid until the next call. Meant for worlds
+  /// that receive this contact from the server instead of simulating soft bodies.
   void set_soft_contact(std::size_t tool, const SoftContact& contact);
 
   /// Advances by step_s: calls answer(), then finish(). Does not throw; faults are returned as bits.
@@ -178,8 +178,8 @@ class World {
   TouchSummary touch(std::size_t tool) const;
   /// Linearised contact of the tool, or of its held body, with soft bodies; a trust radius of 0 means no contact.
   const SoftContact& soft_contact(std::size_t tool) const noexcept;
-  /// Writes contact points of the tool, or of its held body, in the last step. If `out` is too small for all, the
-  /// written points are an even selection. Returns their number.
+  /// Writes contact points of the tool, or of its held body, in the last step, and returns their number. If `out` is
+  /// too small for all points, evenly spaced entries of their list are written.
   std::size_t contact_points_W(std::size_t tool, std::span<Vec3> out) const noexcept;
   /// Mean contact normal of a free tool with a body in the last step: a unit vector out of the body, or zero without
   /// contact.
@@ -192,9 +192,11 @@ class World {
   /// Molecular energy of the whole scene at the start of the last step; 0 if there are no molecules.
   double field_energy_kj_per_mol() const;
   double field_energy_j() const;  ///< displayed part of the molecular energy, in joules of the world
-  /// Energy stored in the world [J]: the kinetic and gravitational energy of moving bodies and tools, the energy of
-  /// anchors and present couplings, and the displayed molecular energy. The molecular part ignores the limit of the
-  /// force. The energy of contacts is not included.
+  /// Energy stored in the world [J], the sum of three parts:
+  /// * kinetic and gravitational energy of moving bodies and tools
+  /// * energy of anchors and of present couplings
+  /// * displayed molecular energy, computed without the limit of the molecular force
+  /// The energy of contacts is not included.
   /// In      without_hands  bit i: the coupling of tool i is excluded
   double stored_energy_j(std::uint32_t without_hands = 0) const;
   /// Energy stored in a tool's coupling [J].

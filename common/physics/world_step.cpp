@@ -118,8 +118,8 @@ void World::Impl::add_soft_wrenches() noexcept {
   }
 }
 
-/// Applies the effects to the tools in `pulls`, which have a coupling. Tools without a coupling are omitted, because a
-/// constant force would carry them away.
+/// Applies the effects to the tools in `pulls`, i.e. those with a coupling. Effects are not applied to other tools,
+/// because a constant force would carry a tool without a coupling away.
 void World::Impl::add_effects() noexcept {
   for (std::size_t i = 0; i < tools.size(); ++i) {
     if (!tools[i].hand.pulls()) effects.forget(i);

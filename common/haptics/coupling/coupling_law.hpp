@@ -87,9 +87,9 @@ inline Wrench reaction_on_hand(const Wrench& on_tool_W, const Vec3& d_W) noexcep
 
 /// Returns the wrenches of `law` on both ends. Their forces sum to zero, and so do their moments about any one point.
 ///
-/// Model   The wrench on the tool is (f, τ) about T, and that on the hand (−f, −τ + d × f) about H. With v, ω of
-///         CouplingState, their total power is −f·v − τ·ω, the negative of the power that spring and damper store and
-///         dissipate:
+/// Model   The wrench on the tool is (f, τ) about T, and that on the hand (−f, −τ + d × f) about H. With v and ω of
+///         CouplingState, both wrenches together have the power −f·v − τ·ω. It is the negative of the power that spring
+///         and damper store and dissipate:
 ///         f·v_T + τ·ω_T − f·v_H − (τ − d × f)·ω_H = −f·(v_H − ω_H × d − v_T) − τ·(ω_H − ω_T)
 /// Source  our derivation. The handle's end of the lever d carries its moment, d × f. The tool is therefore turned by
 ///         the coupling's torque only, wherever the handle is

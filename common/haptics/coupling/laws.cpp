@@ -44,9 +44,11 @@ RadialStiffness linear_curve(const CouplingChannel& channel, double /*displaceme
   return {channel.stiffness, channel.stiffness};
 }
 
-/// Curve of the quasi-static approximation (QSA). While the handle pushes, the slope is largest at zero displacement
-/// and the force approaches the limit. While the handle recedes, the law is a linear spring, so that the tool does not
-/// stick to a surface. The force jumps between both curves, and receding returns more energy than pushing stored.
+/// Curve of the quasi-static approximation (QSA).
+/// * While the handle pushes, the slope is largest at zero displacement, and the force approaches the limit.
+/// * While the handle recedes, the law is a linear spring, so that the tool does not stick to a surface.
+/// The force jumps when the handle changes from one to the other. Receding returns more energy than pushing stored, so
+/// the law is active.
 ///
 /// Model   pushing: f = L (1 − e^(−u)), slope k at 0; receding: f = k x
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.10–3.14, after Wan, McNeely, "Quasi-static approximation for 6

@@ -16,8 +16,8 @@ inline constexpr CouplingParameters kNoCouplingBounds = [] {
   return CouplingParameters{kAnything, kAnything, kAnything, kAnything, kAnything, kAnything, kAnything, kAnything};
 }();
 
-/// Converts the bounds of device D to bounds in the world. A world coupling within the result, scaled by `workspace`,
-/// stays within `device_bounds` at the device.
+/// Converts coupling bounds of a device to coupling bounds in the world. If a coupling in the world respects the
+/// result, the same coupling, scaled by `workspace` to the device, respects `device_bounds`.
 CouplingParameters coupling_bounds_in_world(const CouplingParameters& device_bounds,
                                             const WorkspaceMapping& workspace) noexcept;
 

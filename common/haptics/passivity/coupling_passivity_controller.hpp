@@ -21,10 +21,13 @@ namespace tandem::haptics {
 ///         down
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002. Their
 ///         controller uses past energy and adds damping; ours uses a bound one step ahead and scales the wrench
-/// Limits  Valid only if work_on_tool_j belongs to the same period: no delay and no network between hand and tool.
-///         Energy dissipated by dampers and friction stays in the balance. The energy created since reset() is
-///         therefore bounded, but a limit cycle after much earlier work is not. The balance uses the reported positions
-///         and cannot include motion below the resolution of an encoder. The limits of PortLookAhead apply.
+/// Limits  * Valid only if work_on_tool_j belongs to the same period: no delay and no network between hand and tool.
+///         * Energy dissipated by dampers and friction stays in the balance. The total energy created since reset() is
+///           bounded. After much earlier work, however, a limit cycle is not prevented until the energy in the balance
+///           is used up.
+///         * The balance is computed from reported positions, so it cannot include motion below the resolution of an
+///           encoder.
+///         * The limits of PortLookAhead apply.
 /// Thread  haptic: no allocation, no throw; output finite for any input
 class CouplingPassivityController {
  public:

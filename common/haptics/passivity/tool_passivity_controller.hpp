@@ -61,7 +61,8 @@ class ToolPassivityController {
                      double could_do_j = std::numeric_limits<double>::infinity()) noexcept;
   /// Ends a step.
   /// In      on_tool_W  wrench of the coupling and its brake on the tool
-  ///         net_into_world_j  running sum of this user's net energy input; the server computes it, so it is trusted
+  ///         net_into_world_j  running sum of this user's net energy input. The server computes it, so it is not
+  ///         checked against any limit
   void stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept;
   /// Returns the brake of the coming step [N·s/m], 0 to kFirmBrake_n_s_per_m.
   /// In      acts  whether the tool touches or holds a body. If not, the tool supplies no energy to the world. The

@@ -39,9 +39,11 @@ struct ArModel {
 /// returns order 0 with the mean of its finite samples. The coefficients are always finite, and the model is always
 /// stable.
 ///
-/// Model    Yule–Walker: Σ_j φ_j r_|i−j| = r_i, r_k = (1/N) Σ x_t x_{t+k}, by Levinson's recursion
-///          least squares: min Σ_{t>p} (x_t − Σ φ_i x_{t−i})², normal equations with a ridge of 1e-9 of their trace;
-///          Burg: reflection coefficients k_m = 2 Σ f b / Σ (f² + b²)
+/// Model   * Yule–Walker: Σ_j φ_j r_|i−j| = r_i with the autocovariance r_k = (1/N) Σ x_t x_{t+k}; solved by Levinson's
+///         recursion
+///         * least squares: min Σ_{t>p} (x_t − Σ φ_i x_{t−i})²; normal equations with a ridge of 1e-9 of their trace
+///         * Burg: reflection coefficients k_m = 2 Σ f b / Σ (f² + b²), with the forward errors f and the backward
+///           errors b
 /// Source   Kay, "Modern Spectral Estimation", 1988, ch. 7; Burg, PhD thesis, Stanford, 1975
 /// Limits  A least-squares fit can be unstable. Each φ_i is then multiplied by γ^i, which multiplies every root of the
 ///         model by γ. γ is the largest value for which all roots lie within kMaxArRadius. The scaled fit no longer has

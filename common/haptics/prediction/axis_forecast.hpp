@@ -60,8 +60,9 @@ class AxisForecast {
   void predict(std::span<const double> lags, const ArModel* model, const ForecastBounds& bounds) noexcept;
   double model_weight() const noexcept { return weights_[kModel]; }
 
-  /// Returns the value to display `periods` after the newest sample, by the method in the settings. With a spline, the
-  /// first call after predict() starts the transition from the displayed curve to the new forecast.
+  /// Returns the value to display at the time `periods` after the newest sample, by the method in the settings. If the
+  /// method is a spline, the first call after predict() starts the transition from the displayed curve to the new
+  /// forecast.
   double show(double periods) noexcept;
   /// Moves the time origin of the curve to a new sample, `periods` after the previous one.
   void shift(double periods) noexcept;

@@ -73,8 +73,8 @@ struct ForceStreamFigures {
 /// Extrapolates a stream of wrenches.
 /// Fails   at() returns zero before the first sample. A sample that is not finite or not newer than the previous one is
 ///         rejected and counted. The output is always finite. It stays within the recent range, widened by range_factor
-/// Cost    push and at: O(p) for each axis; push after a gap of any length appends at most `window` samples. No
-///         allocation, no lock. fit: see `tandem-lab reproduce prediction`
+/// Cost    push and at: O(p) for each axis, without allocation or lock. push appends at most `window` samples, even
+///         after a long gap. fit: see `tandem-lab reproduce prediction`
 /// Thread  push, at, reset, adopt, figures: haptic. fit_pending, fit: io (one thread).
 class ForceStream {
  public:
@@ -84,8 +84,8 @@ class ForceStream {
   ForceStream(ForceStream&&) noexcept;
   ForceStream& operator=(ForceStream&&) noexcept;
 
-  /// In      sampled_at  time at which the wrench was valid, in the clock of at(); the age of the sample counts from
-  ///         this time. Must increase from sample to sample
+  /// In      sampled_at  time at which the wrench was valid, on the same clock as the argument of at(). It must
+  ///         increase from sample to sample
   ///         contact_changed  whether contacts appeared or vanished since the previous sample
   void push(LocalTime sampled_at, const Wrench& wrench, bool contact_changed = false) noexcept;
   /// Returns the wrench at `now`. The function is not const, because it stores the displayed point: a new forecast

@@ -56,14 +56,16 @@ class TrajectoryForecast {
     Vec3 velocity = Vec3::Zero();
   };
 
-  /// In      typical_way  typical displacement over one horizon, in units of x; weights the prior and the score
-  ///         prior_along  initial coefficient of the body that x may follow, used before its motion has been observed
+  /// In      typical_way  typical displacement of x over one horizon, in units of x; scales the weights of the prior
+  ///         and of the initial score
+  ///         prior_along  prior of the coefficient c_3, for the displacement of the body that x may follow
   TrajectoryForecast(double typical_way, double prior_along) : typical_way_(typical_way), prior_along_(prior_along) {}
 
   /// Adds a sample and returns the forecast. Called once a period.
-  /// In      known  x(t − horizon_s)
-  ///         along  the body that x may follow: displacement since t − horizon_s, and present velocity
-  ///         caution  0: the forecast does not influence x … 1: the forecast acts back on x
+  /// In      known  newest known value x(t − horizon_s)
+  ///         along  motion of the body that x may follow: its displacement since t − horizon_s, and its present
+  ///         velocity
+  ///         caution  influence of the forecast on x, from 0 (none) to 1 (the forecast acts back on x)
   /// Out     x̂(t) − x(t − horizon_s), and the velocity of x̂
   Way step(const Vec3& known, double horizon_s, const Way& along, double caution, double period_s) noexcept;
   void reset() noexcept { *this = TrajectoryForecast(typical_way_, prior_along_); }

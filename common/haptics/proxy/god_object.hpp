@@ -48,12 +48,12 @@ struct ProxyState {
 
 /// Ball of finite size that follows the hand's point as closely as obstacles permit.
 ///
-/// Model   min |p − g| over the positions p that the ball can reach, with the goal g. The load is p − g at the minimum;
-///         its direction n points out of the surface.
-///         Friction: p stays while p − g is inside the friction cone of the static coefficient μ_s about n. Otherwise p
-///         slides until p − g is on the cone of the dynamic coefficient μ_d.
-///         Shading: the goal is shifted along the surface by |load| (m/(m·n) − n). The proxy follows, so that the
-///         vector from the hand's goal to p turns from n to the interpolated normal m
+/// Model   Position: p minimises |p − g| over all positions that the ball can reach, with the goal g. The load is p − g
+///         at the minimum; its direction n points out of the surface.
+///         Friction: p stays while p − g is inside the cone about n whose slope is the static coefficient μ_s.
+///         Otherwise p slides until p − g is on the cone of the dynamic coefficient μ_d.
+///         Shading: let m be the interpolated normal. The goal is shifted along the surface by |load| (m/(m·n) − n),
+///         and the proxy follows. The vector from the hand's goal to p then has the direction m instead of n
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995 (the constrained
 ///         minimum); Ruspini, Kolarov, Khatib, "The haptic display of complex graphical environments", SIGGRAPH 1997
 ///         (finite radius, shading in two passes: first a goal from smooth normals, then the true surface); Harwin &
@@ -62,7 +62,7 @@ struct ProxyState {
 ///         point of shading in closed form; a position stored for each obstacle, so that moving bodies cannot pass
 ///         through the proxy.
 /// Fails   kProxyHeldBack in ProxyState::faults
-/// Cost    `bench proxy`. update() allocates nothing; its work is bounded by counts, never by time
+/// Cost    `bench proxy`. update() allocates nothing; the numbers of its steps, planes and pieces are limited
 /// Thread  haptic or room, one at a time
 class GodObject {
  public:
@@ -74,8 +74,9 @@ class GodObject {
   /// radius minus this value.
   static constexpr double kTolerance_m = 1e-8;
 
-  /// In      p_W  initial position of the proxy, free of obstacles. A ball that overlaps a primitive is moved outside
-  ///         at the first update. A ball that overlaps a mesh moves out slowly, on the side of its centre
+  /// In      p_W  initial position of the proxy, which should be free of obstacles. If the ball overlaps a primitive,
+  ///         it is moved outside at the first update. If it overlaps a mesh, it moves out slowly, towards the side on
+  ///         which its centre is
   /// Fails   throws std::invalid_argument: bad radius, bad obstacle (ObstacleTrack), or a position that is not finite
   GodObject(const GodObjectSettings& settings, std::vector<ProxyObstacle> obstacles, const Vec3& p_W);
 

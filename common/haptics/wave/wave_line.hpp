@@ -41,9 +41,9 @@ Wave wave_difference(const Wave& b, const Wave& a) noexcept;
 ///         playing starts anew. Discarding a queue only removes energy
 /// Source  integrals: Niemeyer, Slotine, "Telemanipulation with time delays", Int. J. Robotics Research 23(9), 2004;
 ///         playing and skipping are ours
-/// In      messages with time stamps of the sender's clock. A message that is not newer or not finite is ignored. If
-///         the integral jumps by more than the largest wave allows, the sender was restarted; the message becomes the
-///         new reference.
+/// In      messages with time stamps of the sender's clock. A message that is not finite, or not newer than the last
+///         one, is ignored. If the integral changes by more than the largest wave allows, the sender was restarted. The
+///         message then becomes the new reference.
 /// Thread  haptic or room: no allocation, no throw
 class WavePlayer {
  public:

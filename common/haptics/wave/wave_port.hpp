@@ -12,9 +12,10 @@ namespace tandem::haptics {
 /// Energy balance of a port: energy of arriving waves and work done on the port, minus energy of leaving waves and work
 /// done by the port.
 ///
-/// Model   E += ½|in|² T − work − ½|out|² T in each period T, with the balance E. `out` is scaled down such that E ≥ 0.
-///         If E is negative even without `out`, nothing is sent until E is positive again. E is clamped to an upper
-///         limit, so that dissipated energy is not returned.
+/// Model   E += ½|in|² T − work − ½|out|² T in each period T, with the balance E, the arriving wave `in` and the
+///         leaving wave `out`. `out` is scaled down such that E ≥ 0. If E is negative even without `out`, nothing is
+///         sent until E is positive again. E has an upper limit, so that energy dissipated earlier is not returned
+///         later.
 class WaveAccount {
  public:
   /// Returns `out`, scaled down if the balance does not cover its energy. `work_j` is the work that the port does on
@@ -29,9 +30,9 @@ class WaveAccount {
 
 /// The hand's end of the line. tick() is called once a tick.
 ///
-/// Model   wrench on the hand: √(2b) v − b V, with the newest wave v from the tool and the line's impedance b. Wave to
-///         the tool: u = √(2b) V − v of the last period, with the mean velocity V. WaveAccount scales u according to
-///         the work of the displayed wrench on the hand in that period
+/// Model   Wrench on the hand: √(2b) v − b V, with the newest wave v from the tool, the impedance b of the line, and
+///         the hand's mean velocity V in the last period. Wave to the tool: u = √(2b) V − v, with v and V of the last
+///         period. WaveAccount scales u according to the work of the displayed wrench on the hand in that period
 /// Thread  haptic: no allocation, no throw; output finite for any input
 class WaveHandPort {
  public:

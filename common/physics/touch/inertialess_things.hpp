@@ -10,7 +10,7 @@
 namespace tandem::physics {
 
 /// Handles the implicit objects without inertia in the touch stage (TouchThing::dynamics): massless objects, and
-/// objects at their handle. In each step every function is called once, in the order of declaration.
+/// objects at their handle. In each step the public functions are called in the order of their declaration.
 ///
 /// Model   kMassless: the object moves to the equilibrium of its coupling, its contacts and wrench_W, and has no
 ///         velocity at the end of the step. In the solver it has a small mass (the regularisation), whose effect on the

@@ -45,12 +45,13 @@ class NearPairs {
   NearPairs(std::size_t things, std::size_t pairs, std::uint32_t budget);
   ~NearPairs();
 
-  /// Finds the close pairs. If there are too many, pairs with the deepest contact have priority, followed by pairs that
-  /// were close in the last step. In this case kFaultContactCoarse is returned.
+  /// Finds the close pairs. If there are more than the capacity, returns kFaultContactCoarse; pairs with the deepest
+  /// contact then have priority, followed by pairs that were close in the last step.
   ///
   /// In      reach_m  upper limit of each object's motion in this step
   TickFaults find(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept;
-  /// Searches in idle time for the next find(), with these limits of motion.
+  /// Searches in idle time for the next find(). `reach_m` is the predicted upper limit of each object's motion in that
+  /// step.
   void look_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept;
   /// Close pairs in a fixed order.
   std::span<Pair* const> near() const { return chosen_; }

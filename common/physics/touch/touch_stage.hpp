@@ -56,8 +56,8 @@ class TouchStage {
       if (results_[i].pressing > 0) use(patch_things_[i][0], patch_things_[i][1], results_[i]);
     }
   }
-  /// Writes the positions in W of contact points of `thing` that have a force. If `out` is too small for all, the
-  /// written points are an even selection. Returns their number.
+  /// Writes the positions in W of contact points of `thing` that have a force, and returns their number. If `out` is
+  /// too small for all points, evenly spaced entries of their list are written.
   std::size_t pressed_points_W(std::size_t thing, std::span<Vec3> out) const noexcept;
 
  private:
