@@ -44,8 +44,8 @@ void AxisForecast::score(double actual, double periods) noexcept {
   const double linear = actual - then.bounds.clamp(then.newest + periods * then.slope);
   // Each candidate's error is divided by √n, where n is the norm of all candidates' errors at this sample. This is a
   // compromise between two extremes:
-  // * undivided errors: a few impacts would decide the weights (minimum variance)
-  // * errors divided by n: smooth segments would decide the weights (minimum mean error)
+  // * undivided errors: a few impacts would determine the weights (minimum variance)
+  // * errors divided by n: smooth segments would determine the weights (minimum mean error)
   const double size = std::pow(hold * hold + linear * linear + model * model, 0.25);
   const double share = size > 0 ? 1 / size : 0;
   errors_[kHold].add(hold * share, memory);

@@ -24,11 +24,11 @@ inline double low_pass_part(double corner_hz, double period_s) noexcept {
 ///         1. H times the velocity after a low pass of kFast_hz
 ///         2. H times the velocity after a low pass of kSlow_hz
 ///         3. the displacement of the body that x may follow
-///         c_i: regression of the displacement of x since t−H on the features at t−H (direct autoregression over the
-///         whole horizon). Squares are forgotten with the time constant kMemory_s. Squares weight large displacements
-///         more than tremor. A prior of constant weight contains the best coefficients for minimum-jerk movements of
-///         0.4 to 2 s. If the forecast acts back on x, `caution` blends this prior with another one that is about half
-///         as large.
+///         c_i: least-squares regression of the displacement of x since t−H on the features at t−H (direct
+///         autoregression over the whole horizon). Old squares are forgotten with the time constant kMemory_s. Large
+///         displacements have large squares, so they influence c_i more than tremor. A prior of constant weight
+///         contains the best coefficients for minimum-jerk movements of 0.4 to 2 s. If the forecast acts back on x,
+///         `caution` blends this prior with another one that is about half as large.
 ///         g: kMaxShare times the slope of the observed displacements over the forecast ones in the last
 ///         kScoreMemory_s, with the slope clamped to 0 … 1. The error is therefore never much larger than that of
 ///         holding x(t−H)
