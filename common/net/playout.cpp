@@ -8,7 +8,7 @@ namespace {
 
 constexpr Duration kPlayoutSettling{std::chrono::milliseconds(500)};
 constexpr Duration kClockJump{std::chrono::milliseconds(200)};
-/// Maximum weight of one gap, so that a long silence does not dominate the statistics.
+/// Maximum weight of one gap between samples. It prevents a long silence from dominating the statistics.
 constexpr Duration kMaxCountedGap{std::chrono::milliseconds(100)};
 
 std::uint32_t microseconds(Duration duration) {
@@ -90,8 +90,8 @@ Duration PlayoutDelay::play_at(Duration now) noexcept {
 }
 
 Duration PlayoutDelay::delay() const noexcept {
-  // If the sender's clock jumps back by hours, the base decreases before play_at() adapts. Until play_at() has adapted,
-  // the clamp bounds the result.
+  // If the sender's clock jumps back by hours, base() changes at once, but offset_ only at the next call of play_at().
+  // The clamp bounds the result until then.
   return has_played_ ? std::clamp(offset_ - base(), Duration{0}, settings_.longest + kClockJump) : Duration{0};
 }
 
