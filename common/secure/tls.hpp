@@ -28,8 +28,8 @@ inline constexpr std::string_view kAlpn = "tandem/2";
 /// Cipher of the datagrams that accompany a TLS connection: the one that was negotiated for the TLS connection.
 enum class Aead : std::uint8_t { kAes256Gcm, kChaCha20Poly1305 };
 
-/// Key material of 32 bytes exported from a TLS connection (RFC 8446 §7.5). It is secret to the two ends of the
-/// connection.
+/// Key material of 32 bytes exported from a TLS connection (RFC 8446 §7.5). Both ends of the connection obtain the same
+/// bytes, and nobody else can compute them.
 struct Exported {
   Aead aead = Aead::kAes256Gcm;
   Secret secret;

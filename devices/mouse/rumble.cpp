@@ -20,7 +20,7 @@ namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(20);
 constexpr int kPeriodsAPlay = 5, kPeriodsAnOpen = 50;
-// Periods (0.1 s) without a call of show() after which the haptic loop counts as hanging
+// Number of periods (0.1 s in all) without a call of show() after which the haptic loop counts as hanging.
 constexpr int kMaxSilentPeriods = 5;
 constexpr std::uint16_t kLength_ms = 200;
 constexpr double kSmallest = 1.0 / 64;  // minimum change of strength that is sent

@@ -10,7 +10,7 @@
 
 namespace tandem::eeg {
 
-/// One signal of a file, with the integers that the file contains and their scale.
+/// One signal of a file: its integers as stored in the file, and the scale that converts them to physical values.
 struct EdfSignal {
   std::string name;
   std::string unit;
