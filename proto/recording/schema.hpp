@@ -9,8 +9,8 @@
 
 namespace tandem::proto {
 
-/// Returns a channel for messages of the type of `example`, with the descriptors of all .proto files that this type
-/// needs.
+/// Returns a channel for messages of the same type as `example`. Its schema contains the descriptors of all .proto
+/// files that define this type.
 recording::Channel channel_of(const std::string& topic, const google::protobuf::Message& example);
 
 recording::Bytes bytes_of(const google::protobuf::Message& message);
