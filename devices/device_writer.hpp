@@ -11,8 +11,8 @@ namespace tandem::devices {
 ///         0.1 N·m is wrong
 void check_device_spec(const DeviceSpec& spec);
 
-/// Clamps a wrench to the device's software limits, keeping its direction, and writes it. The limits are copied from
-/// the spec at construction, so later input cannot widen them.
+/// Writes wrenches to a device, clamped to the software limits of the device. Clamping keeps the direction. The limits
+/// are copied from the spec at construction, so that they cannot be widened later.
 ///
 /// Thread  haptic
 class DeviceWriter {

@@ -59,7 +59,7 @@ HandPath hand_path_of(const DeviceOptions& options);
 /// A device that was found on this machine.
 struct FoundDevice {
   std::string where;    ///< name and port of the device
-  std::string problem;  ///< reason why it cannot be opened, with the remedy; empty if it can be opened
+  std::string problem;  ///< reason why the device cannot be opened, with the remedy; empty: usable
 };
 
 /// One kind of device. Its folder in devices/ defines it by a function `DeviceKind NAME_device()`.

@@ -47,7 +47,7 @@ class Absence {
  public:
   /// Returns whether to try to connect now: at the first call, and then one second after each loss or attempt.
   bool is_attempt_due(LocalTime now) noexcept;
-  /// Records that the device was connected; its next disconnection is a loss.
+  /// Records that the device is connected. After this call, a disconnection is reported as a loss.
   void end() noexcept { was_connected_ = true; }
   /// Records that the device has disconnected.
   void begin(LocalTime now, std::string_view reason) noexcept;

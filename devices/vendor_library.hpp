@@ -1,5 +1,5 @@
-// A vendor's SDK that the user has installed. It is loaded at run time and used through declarations written for this
-// project, because neither the SDK's headers nor its library may be distributed.
+// A vendor's SDK that the user has installed. Neither its headers nor its library may be distributed with this project.
+// The library is therefore loaded at run time, and its functions are declared in this project.
 #pragma once
 
 #include <filesystem>

@@ -101,8 +101,8 @@ class Watchdog {
   bool is_command_obsolete() const noexcept {
     return beat_->releases.load(std::memory_order_acquire) != known_releases_;
   }
-  /// Reports that this program is running. Must be called before each command and after its delivery; the calls must be
-  /// at most 20 ms apart while a force may be displayed.
+  /// Reports that this program is running (a beat). Must be called before each command and after its delivery. While a
+  /// force may be displayed, the calls must be at most 20 ms apart.
   /// Thread  the thread that sends the commands
   void beat(LocalTime now, bool is_force_on) noexcept;
   /// Returns whether the device has accepted a zero of the watchdog since the last call.

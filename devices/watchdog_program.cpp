@@ -71,7 +71,7 @@ class Line {
   bool is_within() const { return out_ > 0; }
   /// Returns whether the device was unplugged or has closed the connection, so that it accepts nothing more.
   bool is_lost() const { return is_lost_; }
-  /// Returns whether the device is busy; poll(2) then reports when it accepts bytes again.
+  /// Returns whether the device accepts no bytes now. In this case poll(2) reports when it accepts bytes again.
   bool is_full() const { return is_full_; }
   /// For sockets: discards input that the owner did not read, for two reasons. A peer that is blocked by unread input
   /// would not read the zero. Closing a socket with unread input would discard its output.

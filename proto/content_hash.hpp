@@ -1,4 +1,5 @@
-// Identifies files by a hash of their content, so that a client need not download a file that it already has.
+// Hash of the content of a file, which identifies the file. A client need not download a file with a hash that the
+// client already has.
 #pragma once
 
 #include <array>

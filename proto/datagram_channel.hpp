@@ -155,9 +155,9 @@ class DatagramChannel {
   }
   /// Performs steps 3 to 8 of sending.
   ///
-  /// In      is_blocked               true if the byte stream still has bytes to send
+  /// In      is_blocked               true: earlier bytes still wait in the byte stream, so the datagram is dropped
   ///         append(update, bytes)    appends the encoded update with its time stamps to `bytes`
-  ///         deliver(datagram)        sends the datagram; returns false if that is not possible now
+  ///         deliver(datagram)        sends the datagram; returns false if it cannot be sent now
   template <class Update, class Append, class Deliver>
   void send(Update& update, LocalTime now, bool is_blocked, const Append& append, const Deliver& deliver) {
     stamp(update, now);

@@ -106,7 +106,7 @@ struct OwnUpdate {
   double field_energy_kj_per_mol = 0;
   /// Current playout delay: time from the arrival of a handle pose to its use; 0: the newest pose is used at once.
   Duration playout{0};
-  SoftContact soft_contact;  ///< contact of this user's tool or of its held body; trust_radius_m = 0: no contact
+  SoftContact soft_contact;  ///< contact of the user's tool, or of the body it holds; trust_radius_m = 0: no contact
   Wrench wave;               ///< in mode kWave: wave variable towards the hand, integrated over time [√W·s]
 };
 

@@ -68,7 +68,7 @@ class ServerUpdateEncoder {
   /// Record of the message in which a body or user was last sent.
   struct Turn {
     std::uint32_t id = 0;
-    std::uint64_t sent = 0;  ///< number of the message in which it was last sent; 0: never
+    std::uint64_t sent = 0;  ///< number of the message in which the item was last sent; 0: never
     /// Position in that message. It determines the order of items that were sent in the same message.
     std::size_t place = 0;
     bool was_moving = false;

@@ -43,8 +43,8 @@ std::filesystem::path default_cache_directory();
 std::error_code replace_file(const std::filesystem::path& file, std::initializer_list<std::span<const std::byte>> parts,
                              unsigned mode = 0644);
 
-/// Writes a file that can be computed or downloaded again. Unlike replace_file() it does not wait for the disk, so an
-/// io thread may call it. After a power loss the file may be incomplete; its readers must detect this.
+/// Writes a file that can be computed or downloaded again. Unlike replace_file(), this function does not wait for the
+/// disk, so an io thread may call it. After a power loss the file may be incomplete, which its readers must detect.
 std::error_code replace_cache_file(const std::filesystem::path& file,
                                    std::initializer_list<std::span<const std::byte>> parts);
 

@@ -14,7 +14,7 @@ namespace tandem {
 /// contains all longer durations. The exact maximum is stored separately.
 ///
 /// Cost    record(): no allocation, no lock, a few ns
-/// Thread  one writer; read it after the writer has stopped, or copy it through a mailbox
+/// Thread  one writer. Other threads may read only after the writer has stopped, or from a copy sent by a mailbox
 class Histogram {
  public:
   /// Adds one duration; a negative one counts as 0.

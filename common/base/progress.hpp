@@ -9,8 +9,9 @@
 
 namespace tandem {
 
-/// Returns a function that prints the name of a task and its progress (0 to 1) on standard error. On a terminal it
-/// overwrites the same line until the progress is 1. For any other output it prints a line every 25 %.
+/// Returns a function that prints the name of a task and the progress of the task (0 to 1) on standard error. On a
+/// terminal, each output overwrites the line of the previous one until the progress is 1. On any other output, a new
+/// line is printed every 25 %.
 ///
 /// In      write  function that receives the text instead of standard error
 /// Thread  any, one at a time
@@ -28,7 +29,7 @@ class CalledOff final : public std::exception {
 /// The stop token is stored per thread instead of being passed as a parameter. Otherwise a dozen nested functions of
 /// mesh preparation would need the parameter, most of which have other callers, too.
 ///
-/// Thread  the same thread constructs and destroys it; at most one object per thread
+/// Thread  the thread of the calculation constructs and destroys the object; at most one object per thread
 class CallOffScope {
  public:
   /// Hook for tests, called at each call_off_point() before the stop request is checked.

@@ -30,7 +30,8 @@ enum TickFault : std::uint32_t {
   kFaultInputStale = 1U << 4U,
   /// A step ended after its deadline (only in live rooms). Remedy: fewer bodies, fewer rooms or a faster machine.
   kFaultOverrun = 1U << 5U,
-  /// Coupling, contact and friction did not converge within the allowed iterations; the last finite solution was used.
+  /// Coupling, contact and friction are solved together by iteration. The iteration did not converge within the allowed
+  /// number of steps, so the last finite solution was used.
   /// Remedy: none if it occurs rarely; otherwise softer surfaces (contact_stiffness_n_per_m3) or heavier tools.
   kFaultContactUnsolved = 1U << 6U,
   /// There were more contacts than limits.contact_points or limits.contact_pairs allow. Neighbouring points were

@@ -1,5 +1,5 @@
-// Data of a soft contact that a room sends to a client's local model. It consists of numbers only, so that the physics
-// and the wire format can both use it without depending on each other.
+// Data of a contact with soft bodies, which a room sends to a client's local model. The struct consists of numbers
+// only. Physics and wire format can therefore both use the struct without depending on each other.
 #pragma once
 
 #include <Eigen/Core>

@@ -36,10 +36,11 @@ class Deadband {
 
   bool is_off() const { return !(fraction_ > 0); }
   bool notices(const Wrench& now, const Wrench& sent) const;
-  /// In      X_believed  the receiver's current estimate: the last sent pose, or its extrapolation by the sent velocity
-  ///         felt        current force at the hand
-  ///         stiffness_…  stiffness of the coupling; it converts displacements to forces, so that the thresholds are
-  ///                      forces
+  /// In      now         current pose and velocity
+  ///         sent        last sent velocity
+  ///         X_believed  pose that the receiver assumes now: the last sent pose, or its extrapolation by `sent`
+  ///         felt        current force at the hand, which determines the threshold
+  ///         stiffness_…  stiffness of the coupling, by which displacements are converted to forces
   bool notices(const RigidState& now, const Twist& sent, const Pose& X_believed, const Wrench& felt,
                double stiffness_n_per_m, double stiffness_n_m_per_rad) const;
 

@@ -21,8 +21,8 @@ constexpr double kMaxPeriod_s = 1e8;
 constexpr std::uint64_t kDuplicateStreams = 1ULL << 40U;
 constexpr std::uint64_t kPathStreams = 1ULL << 41U;
 
-// Shape parameter of the Pareto distribution: our choice of the smallest integer for which the standard deviation is
-// finite. It gives the heaviest tail for which `jitter` is still a standard deviation.
+// Shape parameter of the Pareto distribution; our choice. The smaller it is, the heavier is the tail of the
+// distribution. 3 is the smallest integer for which the standard deviation, which `jitter` gives, is finite.
 constexpr double kParetoShape = 3.0;
 // Standard deviation σ of a Pareto (type I) variable of scale 1: √(a / ((a−1)² (a−2))).
 const double kParetoUnitSigma = std::sqrt(kParetoShape / (std::pow(kParetoShape - 1, 2) * (kParetoShape - 2)));

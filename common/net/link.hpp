@@ -35,7 +35,7 @@ struct DelayPath {
     bool operator==(const Point&) const = default;
   };
   std::string name;           ///< name of the file that defines the path
-  std::vector<Point> points;  ///< points in order of time; the first is at 0, the last at a later time; empty: no delay
+  std::vector<Point> points;  ///< points in order of time, the first at time 0, the last later; empty: no delay
   /// True: each link begins at a random point of the path, determined by its seed; false: at the first point.
   bool starts_anywhere = true;
 
@@ -60,8 +60,8 @@ struct LinkParameters {
   Duration jitter_correlation{0};
   /// Delay added to the delays above. It models a varying load, a change of route or the retries of a radio link.
   DelayPath delay_path;
-  /// If false, no packet overtakes an earlier one. A late packet then also delays the packets behind it, which arrive
-  /// in a burst.
+  /// True: packets may overtake each other. False: a late packet delays all packets behind it, and they arrive in a
+  /// burst.
   bool allows_reordering = false;
   double loss = 0.0;  ///< fraction of lost packets, 0 to kMaxLoss
   /// Mean length of bad periods; all packets that are sent in a bad period are lost
@@ -150,7 +150,7 @@ class SimulatedLink {
   bool has_period_ = false;
   LocalTime last_due_{};
   std::shared_ptr<LocalTime> line_free_ =
-      std::make_shared<LocalTime>();  ///< time when the line becomes idle; links that share the line share this value
+      std::make_shared<LocalTime>();  ///< time when the line becomes idle; shared by all links of the line
   std::multimap<LocalTime, std::vector<std::byte>>
       in_flight_;  ///< packets, sorted by due time, then by order of sending
   LinkCounters counters_;

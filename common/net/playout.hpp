@@ -1,6 +1,6 @@
 // Playout buffer: replays received data with a constant delay, so that jitter and short losses change neither the data
-// nor its energy. It serves the inputs of a simulation and the display. It must not be used for a force on a haptic
-// device, because the added delay would reduce stability.
+// nor the energy in the data. The buffer is used for the inputs of a simulation and for the display. It must not be
+// used for a force on a haptic device, because the added delay would reduce stability.
 #pragma once
 
 #include <array>
@@ -89,7 +89,7 @@ class RigidTrack {
   /// rate arrive within 0.4 s (proto/WIRE.md, Thinning).
   static constexpr Duration kMaxGap{std::chrono::seconds(1)};
 
-  /// Adds a sample; ignores it if it is not newer than the newest one.
+  /// Adds a sample. A sample that is not newer than the newest stored one is ignored.
   void add(Duration sampled, const RigidState& state) noexcept;
   bool is_empty() const { return count_ == 0; }
   RigidState at(Duration time) const noexcept;

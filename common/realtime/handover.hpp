@@ -49,7 +49,7 @@ class Handover {
   /// generation.
   /// Thread  user thread
   void enter(std::uint32_t generation) noexcept { entered_.store(generation, std::memory_order_release); }
-  /// Returns the object of the generation that was entered last; null if there is none.
+  /// Returns the object that the user thread uses now: that of the last enter(); null before the first enter().
   /// Thread  user thread
   T* get() const noexcept { return offered(entered_.load(std::memory_order_relaxed)); }
 

@@ -29,17 +29,17 @@ constexpr Duration kFollowEvery{std::chrono::milliseconds(10)};
 constexpr int kJudgeTimes = 10, kStopTimes = 100;
 constexpr double kMaxOthers = 0.5;
 
-// One flag per processor; it is set while a helper thread keeps this processor awake.
+// One flag per processor: set while a helper thread keeps the processor awake.
 std::array<std::atomic_flag, CPU_SETSIZE> kept_awake{};
 
-/// Returns the processor on which the thread with this /proc stat file ran last; −1 if the thread has ended.
+/// Returns the processor on which a thread ran last; −1 if the thread has ended. `stat` is its open /proc stat file.
 int processor_of(int stat) {
   std::array<char, 1024> bytes{};
   const ssize_t count = pread(stat, bytes.data(), bytes.size(), 0);
   if (count <= 0) return -1;
   std::string_view text(bytes.data(), static_cast<std::size_t>(count));
-  // The thread's name (2nd value) may contain any characters, so the search starts after its last ')'. The 3rd value
-  // follows; the processor is the 39th value (man 5 proc).
+  // The file contains values separated by spaces (man 5 proc). The processor is the 39th value. Counting starts at the
+  // 3rd value, after the last ')', because the 2nd value is the thread's name in parentheses, which may contain spaces.
   text.remove_prefix(std::min(text.size(), text.rfind(')') + 1));
   for (int value = 3; value <= 39; ++value) text.remove_prefix(std::min(text.size(), text.find(' ') + 1));
   return text.empty() ? -1 : std::atoi(text.data());

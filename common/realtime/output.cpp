@@ -77,7 +77,7 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
   std::size_t reported_lost_ = 0;
 };
 
-/// A standard output stream, with its thread, its queue and the loggers that write to it.
+/// Standard output or standard error: the thread and the queue of the stream, and two loggers that write to it.
 class Stream {
  public:
   Stream(const std::string& program, int descriptor, Flushes& flushes)

@@ -183,7 +183,7 @@ bool TlsStream::start(Bytes& to_peer) {
   return is_good;
 }
 
-/// Advances the handshake. Returns false only if it failed; true may mean that it needs more data from the peer.
+/// Advances the handshake. Returns false if the handshake has failed, and true if it is complete or needs more data.
 bool TlsStream::shake_hands() {
   ERR_clear_error();
   const int result = SSL_do_handshake(ssl_.get());

@@ -35,7 +35,7 @@ std::optional<FalconReply> read_falcon_packet(std::span<const std::uint8_t, kFal
 /// byte, even within the invalid packet.
 class FalconPacketParser {
  public:
-  /// Processes a byte; returns the packet that this byte completes, if any.
+  /// Processes one byte. Returns the content of a packet if this byte completes one, otherwise nothing.
   std::optional<FalconReply> parse(std::uint8_t byte) noexcept;
   void reset() noexcept { length_ = 0; }
   /// Returns the number of bytes that belonged to no packet.

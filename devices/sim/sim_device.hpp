@@ -32,7 +32,7 @@ class SimDevice final : public Device {
   /// The intended position of the hand is path / scale − offset, limited to the device's workspace. The user sees the
   /// error that remains, and corrects it with a time constant of 0.2 s, by at most 10 mm.
   void steer(const Vec3& offset_m, double scale) noexcept;
-  /// In      start  time at which the path starts; LocalTime::max(): unknown until a later call sets it
+  /// In      start  start time of the path; LocalTime::max(): not known yet, a later call sets it
   void begin_path_at(LocalTime start) noexcept override;
 
   const HandPath& path() const { return path_; }

@@ -17,7 +17,7 @@ recording::Bytes bytes_of(const google::protobuf::Message& message);
 /// Parses a recorded message. Returns false if it is not a valid message. Ranges of values are not checked.
 bool parse_recorded(const recording::Message& from, google::protobuf::Message& out);
 /// Parses a recorded message.
-/// Fails   std::invalid_argument: it is not a valid message; the text contains its time
+/// Fails   std::invalid_argument: the data is not a valid message; the error text contains the time of the message
 void require_recorded(const recording::Message& from, google::protobuf::Message& out);
 
 }  // namespace tandem::proto

@@ -22,7 +22,7 @@ json::array texts_of(const std::vector<std::string>& values) {
   return list;
 }
 
-/// An artefact threshold: its name in the file, the member that stores it, and its largest allowed value.
+/// An artefact threshold: name in the file, member of ArtefactLimits, and largest allowed value.
 struct LimitField {
   const char* name;
   double ArtefactLimits::*value;

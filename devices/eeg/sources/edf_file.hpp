@@ -40,7 +40,7 @@ void write_edf(const std::filesystem::path& file, const EdfContent& content);
 
 /// Reads the EEG channels of a file, converted to microvolts.
 ///
-/// In      channels  names of the channels to read, in this order; empty: all channels whose unit is a voltage
+/// In      channels  names of the channels to read, in this order; empty: all channels with a voltage as unit
 /// Fails   std::invalid_argument: a channel is missing or not a voltage, or the rates differ
 Recording read_recording(const std::filesystem::path& file, const std::vector<std::string>& channels);
 

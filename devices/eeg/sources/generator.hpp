@@ -19,7 +19,7 @@ namespace tandem::eeg {
 ///         effect.
 struct GeneratorSettings {
   std::uint64_t seed = 1;
-  std::uint64_t session = 0;  ///< number of the session; sessions of the same person differ in their noise
+  std::uint64_t session = 0;  ///< number of the session; sessions with equal seed differ in their noise
   double rate_hz = kDefaultRateHz;
   std::vector<std::string> channels = kDefaultChannels;
   std::size_t window = 512;
