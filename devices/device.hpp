@@ -36,7 +36,7 @@ struct DeviceSpec {
   std::uint32_t buttons = kButtonGrab | kButtonClutch;  ///< bits of Button that the device can set
   SourcedLimit force_maximum_n;  ///< maximum by the manufacturer; if verified, it bounds force_limit_n
   SourcedLimit torque_maximum_n_m;
-  /// Software limit, ≤ force_maximum_n; the default suits devices with an unverified maximum
+  /// Software limit of the force, ≤ force_maximum_n. The default is also permitted if the maximum is unverified.
   double force_limit_n = 2.0;
   double torque_limit_n_m = 0.1;
   /// Width of the reachable space around the origin of D [m]; zero: unknown or unlimited

@@ -45,7 +45,8 @@ class DeviceDriver {
 /// absence. A device that was connected before is reported as lost, any other device as opening.
 class Absence {
  public:
-  /// Returns whether to try to connect now: at the first call, and then one second after each loss or attempt.
+  /// Returns whether to try to connect now. It returns true at the first call, and then a second after each loss or
+  /// each earlier attempt.
   bool is_attempt_due(LocalTime now) noexcept;
   /// Records that the device is connected. After this call, a disconnection is reported as a loss.
   void end() noexcept { was_connected_ = true; }
@@ -97,7 +98,7 @@ class ThreadedDevice final : public Device {
   std::atomic<bool> should_stop_{false};
   /// True: a zero has replaced a force, and the haptic loop was not informed of it yet (has_released_force())
   std::atomic<bool> gave_zero_{false};
-  std::atomic<bool> may_be_on_{false};  ///< true: the device, or a command in transit to it, may have a force
+  std::atomic<bool> may_be_on_{false};  ///< true: the device may display a force, or a force is in transit to it
   std::thread thread_;
 };
 

@@ -65,7 +65,7 @@ struct WatchdogBeat {
 
 /// Header of each packet that send() sends to the watchdog; the bytes of the frame follow it.
 struct WatchdogFrameHead {
-  std::uint32_t number = 0;  ///< number of the command; 0: the frame is a reply required by the protocol
+  std::uint32_t number = 0;  ///< number of the command; 0: no command, but a reply that the protocol requires
   /// Value of WatchdogBeat::releases that the owner had read before it chose the force of this command
   std::uint32_t known_releases = 0;
   std::uint32_t is_force_on = 0;
@@ -90,8 +90,9 @@ class Watchdog {
   /// Starts a watchdog process for this zero command, after ending the previous process. Returns false if the process
   /// could not be started.
   bool watch_over(const ZeroCommand& zero);
-  /// Ends the watchdog process. If a force is displayed, the process first writes zero. Call it before the descriptor
-  /// is closed. It waits up to 0.5 s. If the device accepts nothing, the process continues alone for up to 10 s.
+  /// Ends the watchdog process, and waits for its end for up to 0.5 s. If a force is displayed, the process first
+  /// writes zero. If the device accepts nothing, the process continues alone for up to 10 s. Call this function before
+  /// the descriptor of the device is closed.
   void release();
 
   /// Must be called before the haptic loop's command is chosen. If the watchdog writes zero after this call, the chosen

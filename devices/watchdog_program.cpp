@@ -65,7 +65,7 @@ class Line {
   /// Sets the next frame; empty: no frame. Must not be called while a frame is partly written.
   void set_next(const Bytes& frame) { frame_ = frame; }
   bool has_frame() const { return !frame_.empty(); }
-  /// Writes as much of the frame as the device accepts now. Returns true once the frame is complete.
+  /// Writes as much of the frame as the device accepts now. Returns whether the frame is now written completely.
   bool push() noexcept;
   /// Returns whether a frame is partly written.
   bool is_within() const { return out_ > 0; }

@@ -7,7 +7,7 @@
 //   2 connection                         is_for()       the server also checks the source address
 //   3 not a duplicate, not far ahead     receive()      tested with the replay window, which is not changed yet
 //   4 authentic                          receive()      decrypted (datagram_seal.hpp); includes the epoch
-//   5 newer than all state before        receive()      for state only: a path message may be late
+//   5 newer than all received state      receive()      for state only: a path message may be late
 //   6 payload, ranges, role              receive()      by the caller's `read`
 //   7 window, newest, time stamps        receive()      updated last, so that a forged datagram changes nothing
 //
@@ -16,11 +16,11 @@
 //   1 has the state changed enough?      admits()       otherwise suppressed (deadband)
 //   2 does the link have capacity?       admits()       otherwise suppressed (pacing)
 //   3 time stamps: send time, echo       send()         the only function that sets the time stamps of an update
-//   4 can the byte stream accept data?   send()         otherwise dropped as overwritten, without using a sequence
+//   4 can the byte stream accept data?   send()         otherwise dropped (kOverwritten), without using a sequence
 //   5 header with the next sequence      send()
 //   6 payload                            send()         by the caller's `append`
 //   7 encryption                         send()         in place
-//   8 delivery                           send()         by the caller's `deliver`; if it fails: dropped as send_failed
+//   8 delivery                           send()         by the caller's `deliver`; if it fails: dropped (kSendFailed)
 #pragma once
 
 #include <bitset>
@@ -106,7 +106,7 @@ class DatagramChannel {
   bool is_for(const DatagramHeader& header) const { return header.connection == settings_.connection; }
   /// Performs steps 3 to 7 of receiving for a state datagram with the header `header`.
   ///
-  /// In      read(payload, update)  fills `update`, or returns the reason why it is unusable
+  /// In      read(payload, update)  fills `update` from the payload; returns kNone, or why the payload is unusable
   /// Out     kNone, or the reason to drop the datagram; `update` is then unspecified
   template <class Update, class Read>
   DropReason receive(const DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now, Update& update,

@@ -7,7 +7,7 @@
 namespace tandem::proto {
 namespace {
 
-/// Returns the three numbers as a vector; zero if their number is not three.
+/// Returns the numbers of a field as a vector; a zero vector if there are not three.
 Vec3 vec3_of(const google::protobuf::RepeatedField<double>& values) {
   return values.size() == 3 ? Vec3(values[0], values[1], values[2]) : Vec3(0, 0, 0);
 }

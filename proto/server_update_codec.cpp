@@ -294,7 +294,7 @@ Rank rank_of(const BodyState& body, bool was_moving, BodyId held_body) {
   return was_moving || !is_at_rest(body.state.V) ? kRankMoving : kRankResting;
 }
 
-/// Encoded size [bytes] of a resting body with a one-byte id, the smallest possible item.
+/// Encoded size [bytes] of the smallest possible item: a resting body with a one-byte id.
 constexpr std::size_t kMinItemBytes = 34;
 /// Upper bound of the encoded size [bytes] of an item. The largest item, a user with the largest numbers, has 179
 /// bytes.

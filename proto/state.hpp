@@ -30,7 +30,7 @@ inline constexpr double kMaxEnergyJ = 1e9;
 inline constexpr double kMaxFieldEnergyKjPerMol = 1e12;
 /// Maximum of | |q| − 1 | for a received rotation q; readers normalise q.
 inline constexpr double kMaxQuaternionError = 1e-3;
-/// Limit of the translational and of the rotational part of a time-integrated wave variable [√W·s].
+/// Limit of a time-integrated wave variable [√W·s], both for its translational and for its rotational part.
 inline constexpr double kMaxWaveSum = 1e4;
 /// Limit of each entry of a soft contact's stiffness [N/m, N/rad or N·m/rad].
 inline constexpr double kMaxContactStiffness = 1e9;

@@ -1,5 +1,6 @@
-// Folders of the programs: the installed data (scenes, experiments, hand paths, device profiles) and the cache. Also
-// functions that write files atomically.
+// Two kinds of functions:
+// * folders of the programs: installed data (scenes, experiments, hand paths, device profiles) and the cache
+// * writing of files atomically
 #pragma once
 
 #include <cstddef>

@@ -40,7 +40,7 @@ class ClockSync {
   std::optional<ServerTime> server_time(LocalTime now);
   /// Round-trip time of the newest exchange, without the server's holding time.
   Duration round_trip() const { return round_trip_; }
-  /// Smallest round-trip time of the stored exchanges (last seconds); 0 before the first exchange.
+  /// Returns the smallest round-trip time of the stored exchanges; 0 before the first exchange.
   Duration minimum_round_trip() const;
   /// Discards all exchanges; call it when the server changes or restarts.
   void reset() { *this = ClockSync(); }

@@ -83,7 +83,8 @@ class FetchRate {
   std::size_t piece() const noexcept;
   bool has_room_for(std::size_t bytes) const noexcept;
   void note_pair(std::size_t bytes, Duration apart) noexcept;
-  /// Returns the capacity less the state updates and less the other traffic that the pairs reveal.
+  /// Returns the free rate (see Model): the capacity less the rate of state updates, also limited by the mean of all
+  /// gaps.
   double free_bytes_per_s() const noexcept;
   void end_round(LocalTime now) noexcept;
 

@@ -10,7 +10,7 @@
 
 namespace tandem::net {
 
-/// State of the verification of one address.
+/// Verification of one address: its state, and the numbers of bytes received from and sent to the address.
 /// Thread  any, one at a time; no allocation
 class PathCheck {
  public:

@@ -13,7 +13,7 @@
 namespace tandem::net {
 
 struct PlayoutSettings {
-  double quantile = 0.98;  ///< fraction of time instants at which the next sample has arrived when it is needed
+  double quantile = 0.98;  ///< fraction of the time for which the next sample arrives before it is needed
   Duration window{std::chrono::seconds(2)};  ///< period of which the quantile is taken (varies up to twice this value)
   Duration longest{std::chrono::milliseconds(60)};  ///< maximum playout delay
   double slew = 0.05;                               ///< maximum relative deviation of the playout speed from 1

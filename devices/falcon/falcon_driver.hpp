@@ -33,7 +33,7 @@ struct FalconSettings {
 /// cannot happen, because the tremor of a hand exceeds one count.
 class EncoderWatch {
  public:
-  /// Restarts the time of 3 s. Called at the first reply of the device.
+  /// Begins the detection, at the first reply of the device: the counts may now be unchanged for 3 s.
   void start(LocalTime now) noexcept {
     changed_ = now;
     are_frozen_ = false;

@@ -41,7 +41,7 @@ class FalconPort {
 /// Opens the first available device. If there is none, returns null and sets `reason` to cause and remedy.
 using OpenFalcon = std::function<std::unique_ptr<FalconPort>(std::string_view& reason)>;
 
-/// Opens a device through libusb. The watchdog, if given, protects the device until it is closed.
+/// Opens a device through libusb. The watchdog, if it is not null, supervises the device until the device is closed.
 std::unique_ptr<FalconPort> open_falcon_usb_port(std::string_view& reason, Watchdog* watchdog = nullptr);
 /// Returns the command that sets the motors of the opened Falcon to zero, for the watchdog. Returns nothing if this
 /// process has not opened a Falcon.

@@ -58,7 +58,7 @@ class Inverse3Driver final : public DeviceDriver {
   DeviceSpec spec_;
   boost::asio::ip::tcp::endpoint service_;
   std::shared_ptr<Watchdog> watchdog_;
-  std::string watched_id_;  ///< id of the device whose zero command the watchdog has; empty: none
+  std::string watched_id_;  ///< id of the device that the watchdog supervises; empty: none
   boost::asio::io_context io_;
   std::shared_ptr<Link> link_;  ///< connection to the service; null: not connected
   Absence absence_;

@@ -27,7 +27,7 @@ class MouseDevice final : public Device {
   static constexpr double kReach_m = kPointerReach_m;
 
   /// In      pointer  target set by a window; must not be null
-  ///         rumble   displays the force as a fraction of the device's limit; may be null
+  ///         rumble   game pad that displays the force, as a fraction of the device's force limit; may be null
   MouseDevice(DeviceSpec spec, const HandParameters& hand, std::shared_ptr<Pointer> pointer,
               std::unique_ptr<Rumble> rumble = nullptr);
   /// Returns the parameters of a hand on a mouse. The damping ratio is 0.8, higher than that of a hand in the air, so

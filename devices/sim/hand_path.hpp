@@ -20,7 +20,7 @@ struct WayPoint {
   std::uint32_t buttons = 0;  ///< bits of Button that are pressed from this way point on
   /// Name of the phase that begins here, e.g. "approach" or "hold"; "": the previous phase continues
   std::string phase;
-  bool is_relaxed = false;  ///< true: from here on the hand is passive, so its intended pose equals its actual pose
+  bool is_relaxed = false;  ///< true: from here on the hand is passive (its intended pose is its actual pose)
 };
 
 /// One sine component of a multisine: amplitude·sin(2π·frequency·t + phase) along an axis. t is the time since the

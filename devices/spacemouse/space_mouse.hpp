@@ -13,8 +13,8 @@ namespace tandem::devices {
 
 /// Quantity that the deflection of the cap controls.
 enum class CapControl : std::uint8_t {
-  kRate,  ///< velocity of the handle: up to 0.15 m/s and 1 rad/s, within ±0.2 m
-  kPose   ///< pose of the handle: up to 0.04 m and 0.5 rad from the centre
+  kRate,  ///< velocity of the handle, up to 0.15 m/s and 1 rad/s; the handle stays within ±0.2 m
+  kPose   ///< pose of the handle, up to 0.04 m and 0.5 rad from its centre pose
 };
 
 /// Driver of a SpaceMouse.

@@ -24,7 +24,7 @@ struct EdfSignal {
 
 struct EdfContent {
   bool is_bdf = false;
-  double record_s = 1;  ///< duration of a data record; the file is a sequence of them
+  double record_s = 1;  ///< duration of a data record; a file is a sequence of data records
   std::vector<EdfSignal> signals;
   std::vector<Annotation> annotations;
 };

@@ -6,7 +6,7 @@
 
 namespace tandem::eeg {
 
-/// Maximum number of samples in a file, summed over its signals: 14 channels at 128 Hz reach it in 20 hours.
+/// Maximum number of samples in a file, summed over its signals. 14 channels at 128 Hz reach this number in 20 hours.
 inline constexpr std::uint64_t kMaxFileSamples = std::uint64_t{1} << 27U;
 
 /// Checks that the numbers of the header are valid and consistent, and that they agree with the size of the file.

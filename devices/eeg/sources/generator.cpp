@@ -29,8 +29,8 @@ class LowPassNoise {
   double value_ = 0;
 };
 
-/// A rhythm, which is narrow-band noise with standard deviation 1: a sine and a cosine carrier whose amplitudes are
-/// low-pass noise.
+/// A rhythm of the EEG, simulated as narrow-band noise with standard deviation 1. It is the sum of a sine and a cosine
+/// carrier, each with low-pass noise as its amplitude.
 class Rhythm {
  public:
   Rhythm(double frequency_hz, double width_hz, double rate_hz)

@@ -27,8 +27,8 @@ struct GeneratorSettings {
   std::size_t windows_per_block = 5;  ///< length of a block, in which the state is constant
   double bayes_accuracy = 0.9;
   double block_effect = 0;           ///< standard deviation of an offset that each block adds to z at random
-  double blinks_per_min = 0;         ///< mean rate; a blink is added to the first and the last channel
-  double bad_contacts_per_hour = 0;  ///< mean rate; a random channel is flat or has hum for 10 s
+  double blinks_per_min = 0;         ///< mean rate of blinks, which are added to the first and the last channel
+  double bad_contacts_per_hour = 0;  ///< mean rate of bad contacts: a random channel is flat or has hum for 10 s
   std::string negative = "negative", positive = "positive";  ///< labels of the blocks
 };
 
