@@ -56,8 +56,8 @@ struct DeviceSpec {
   bool has_torque() const { return actuated_rotations > 0; }
 };
 
-/// Life cycle of a device. While it is opened and then homed (moved to the reference position of its encoders), it
-/// displays no force. Only when it is ready does it display a force. It is lost when it no longer responds.
+/// Life cycle of a device: it is opened, moved to the reference position of its encoders (homing), and is then ready. It
+/// is lost when it no longer responds. Only a ready device displays a force.
 enum class DeviceState : std::uint8_t { kOpening, kHoming, kReady, kLost };
 /// Returns the name of a state: "opening", "homing", "ready" or "lost".
 std::string_view name_of(DeviceState state) noexcept;

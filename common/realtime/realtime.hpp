@@ -51,20 +51,19 @@ bool set_priority(pthread_t thread, int priority);
 /// Thread  the thread of the loop
 class PeriodicTimer {
  public:
-  /// In      spin  longest time before a deadline at which the sleep may end; the loop polls the clock for the rest. In
-  ///               fact the sleep ends earlier by twice the recent wake-up delay, if that is less: up to a tenth of a
-  ///               millisecond on an idle processor, microseconds on a busy one
+  /// In      spin  longest time before a deadline at which the sleep may end; after the sleep, wait() polls the clock.
+  ///               If twice the recent wake-up delay is less, the sleep ends only that time before the deadline: up to
+  ///               a tenth of a millisecond on an idle processor, microseconds on a busy one
   /// Fails   std::invalid_argument: period not above 0
   PeriodicTimer(Duration period, LocalTime start, Duration spin = Duration{0});
   /// Sleeps until the next deadline and returns it. If that deadline passed more than one period ago, skips and counts
   /// the missed deadlines. A late loop therefore does not run a burst of ticks to catch up.
   ///
-  /// In      early  time before the deadline from which wait() may return. Two cases:
-  ///                * The deadline is no farther away than `early`: wait() returns at once.
-  ///                * Otherwise wait() first sleeps. The sleep ends before the deadline by twice the recent wake-up
-  ///                  delay, but at most by the larger of `early` and `spin`. Then wait() polls until `early` before
-  ///         the
-  ///                  deadline.
+  /// In      early  time before the deadline from which wait() may return:
+  ///         * If the deadline is no farther away than `early`, wait() returns at once.
+  ///         * Otherwise wait() first sleeps. The sleep ends before the deadline by twice the recent wake-up delay, but
+  ///           at most by the larger of `early` and `spin`. Then wait() polls the clock until the time `early` before
+  ///           the deadline.
   LocalTime wait(Duration early = Duration{0});
   /// Returns the deadline for which the next wait() will sleep if no deadline is missed until then.
   LocalTime due() const { return next_ + period_; }

@@ -28,8 +28,8 @@ class McapReader {
   /// In      in  binary stream positioned at the start of the file; must outlive the reader
   explicit McapReader(std::istream& in);
 
-  /// Returns the next message, whose data remain valid until the next call. Returns nothing when reading has ended;
-  /// end() then tells how.
+  /// Returns the next message, whose data remain valid until the next call. Returns nothing when reading has ended; the
+  /// cause is then available from end().
   std::optional<Message> next();
   /// Returns the channel with this id; null if the file has had no record of this channel so far.
   const Channel* channel(std::uint16_t id) const;

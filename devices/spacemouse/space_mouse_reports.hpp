@@ -8,10 +8,10 @@
 
 namespace tandem::devices {
 
-/// Combines reports to the newest deflection of the cap. There are two layouts of reports with little-endian int16
-/// numbers, distinguished by id and length:
-/// * joined: id 1, 13 bytes, six numbers
-/// * split: ids 1 and 2, 7 bytes each, three numbers each
+/// Computes the newest deflection of the cap from reports. Id and length of a report determine its layout:
+/// * joined: one report with id 1 and 13 bytes has all six numbers
+/// * split: two reports with the ids 1 and 2 and 7 bytes have three numbers each
+/// Numbers are little-endian int16.
 ///
 /// Model   Converts from the device's axes (x right, y towards the user, z down) to the axes of D (x right, y away, z
 ///         up). This is a rotation by 180° about x, for translations and rotation vectors alike
