@@ -12,14 +12,12 @@
 //   source            limit                    effect of the limit
 //   listener          kAcceptTurn              further connections wait in the kernel
 //   TLS handshakes    kHandshakeTurn           first messages of further peers wait in the kernel
-//   TCP connection    kConnectionReadTurn      bytes wait in the kernel, also while the hub still has unhandled
-//   messages of
-//                                              the connection. kReadTurn limits all connections together
+//   TCP connection    kConnectionReadTurn      bytes wait in the kernel, also while messages of the connection wait
+//                                              in the hub. kReadTurn limits all connections together
 //   UDP public port   kStrangersTurn           further datagrams are dropped. Only garbage and the first datagrams of a
 //                                              user arrive at this port
 //   UDP path, user's  kConnectionDatagramTurn  further datagrams wait in the kernel. A path has its own socket, so a
-//   flood at
-//                                              the public port cannot fill its kernel buffer
+//                                              flood at the public port cannot fill its kernel buffer
 //
 // While turns are rare, each datagram of a user wakes this thread. If there are several turns per millisecond,
 // datagrams are read only at the beginning of a turn, because a wake-up costs more than reading.
