@@ -241,8 +241,8 @@ void Game::advance_fits() noexcept {
   if (!open.empty()) fits_[open[status_.level_steps % open.size()]].advance(states_, status_.absent);
 }
 
-/// Resets the silhouette searches and the times for which conditions have held. Called when the clock of the game
-/// stops, because bodies may then move while no condition is evaluated.
+/// Resets the silhouette searches and the times for which conditions have held. Called in each step in which the
+/// clock of the game stands, because bodies may then move while no condition is evaluated.
 void Game::interrupt_conditions() noexcept {
   for (SilhouetteFit& fit : fits_) fit.reset();
   for (GoalProgress& goal : status_.goals) goal.held_steps = 0;
