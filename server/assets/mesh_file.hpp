@@ -1,6 +1,6 @@
-// Reads mesh files of any supported format. The files may be hostile: sizes are bounded, and vertices that are not
-// finite are refused. The text of a std::runtime_error contains the file, the reason and the remedy: "/x/y.obj, which
-// does not exist; give …".
+// Reads mesh files of any supported format. The files may be hostile, so sizes are bounded and vertices that are not
+// finite are refused. The text of a std::runtime_error contains the file, the reason and the remedy, for example
+// "/x/y.obj, which does not exist; give …".
 #pragma once
 
 #include <cstddef>
@@ -34,13 +34,13 @@ bool states_unit(const std::filesystem::path& file);
 /// Returns whether the format defines the up axis, as .gltf, .glb, .dae and .3ds do.
 bool states_up_axis(const std::filesystem::path& file);
 
-/// Returns whether a mesh is implausibly large for a haptic device. The usual cause is a file in millimetres that is
-/// read in metres.
+/// Returns whether a mesh is implausibly large for a haptic device. The usual cause is a file in millimetres whose
+/// numbers were read as metres.
 bool is_too_large(double size_m);
 
-/// Returns a question to the user about an implausible size: "60 m large, if a unit of the file is 1 m: is that
-/// right?". Returns an empty string for a plausible size. It is meant for meshes whose scale was not derived from a
-/// requested size.
+/// Returns a question to the user if a size is implausible, for example "60 m large, if a unit of the file is 1 m: is
+/// that right?". Returns an empty string for a plausible size. Not meant for a mesh that was scaled to a requested
+/// size.
 std::string doubt_of_size(double size_m, double scale_m, const std::filesystem::path& file);
 
 /// Combines read_asset_file() and mesh_of_bytes().
