@@ -35,8 +35,9 @@ struct ElementClues {
 
 /// Returns the symbol in upper case; "X" if no element is found. Deuterium and tritium count as hydrogen.
 ///
-/// In standard residues (is_standard_residue()) the first letter of the name decides, because their elements have one
-/// letter. The exception is selenium in MSE. In other residues the first applicable rule decides:
+/// In a standard residue (is_standard_residue()) the first letter of the atom name is the symbol, because all elements
+///    of such residues have one letter. The exception is selenium in MSE. In other residues the first applicable rule
+///    decides:
 ///   1. If atom and residue have the same name, the atom is a lone ion, and the name is the symbol.
 ///   2. If the file states an element, it is used.
 ///   3. In a PDB file, the columns of the name may determine the element, because the symbol ends in the second column.
