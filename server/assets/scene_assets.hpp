@@ -86,8 +86,8 @@ class SceneAssets {
 
   std::vector<Asset> assets;
   std::vector<std::string> notes;  ///< notes for the operator
-  std::vector<std::string>
-      notes_for_users;  ///< the subset of `notes` that describes differences between the scene and its files
+  /// The subset of `notes` that describes differences between the scene and its files.
+  std::vector<std::string> notes_for_users;
 
  private:
   struct Contact;

@@ -81,8 +81,8 @@ class PoseSite final : public RoomWatcher {
   // Members for the io thread.
   const Room* const room;
   std::vector<PoseRequest> unanswered;  ///< copies of the requests whose answers have not been delivered
-  std::vector<wire::KeptPose>
-      kept;  ///< pose number 0 and the saved poses, up to date with the answers delivered so far
+  /// Pose number 0 and the saved poses, up to date with the answers delivered so far.
+  std::vector<wire::KeptPose> kept;
   realtime::Ring<PoseRequest> requests{2 * kMaxPoseRequestsOfRoom};
   /// Reports that the last command that moves a molecule was not posted to the room, so that the pose thread does not
   /// wait for it.

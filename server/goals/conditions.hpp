@@ -46,8 +46,8 @@ struct GoalRegion {
 struct InRegionCondition {
   std::size_t body = 0;
   GoalRegion region;
-  std::vector<BodyBall>
-      balls;  ///< the balls that must all be inside the region: one at the body's origin, or all that represent the body
+  /// The balls that must all be inside the region: one at the body's origin, or all that represent the body.
+  std::vector<BodyBall> balls;
 };
 
 struct AtPoseCondition {

@@ -160,8 +160,8 @@ class Game {
   const LoadedScene& scene_;
   GamePlan plan_;
   std::uint64_t min_round_steps_ = 0;  ///< shortest time of a level with a decision table
-  std::uint64_t returnable_ =
-      0;  ///< bit i: body i may return to its start; false for a body that a tool holds at the start
+  /// Bit i: body i may return to its start; false for a body that a tool holds at the start.
+  std::uint64_t returnable_ = 0;
   GameStatus status_;
   GameStatus shown_;                 ///< last published status
   std::vector<SilhouetteFit> fits_;  ///< one for each silhouette of the plan

@@ -36,8 +36,8 @@ struct SignalStatus {
   std::uint64_t age_steps = 0;  ///< since the measurement
   bool is_fresh = false;        ///< true: the signal has a value that is not stale
   std::uint8_t state = 0;       ///< 1 + index of the state that contains the value; 0: none
-  std::array<std::uint64_t, kMaxSignalStates>
-      level_steps{};                                    ///< steps spent in each state in this attempt at the level
+  /// Steps spent in each state in this attempt at the level.
+  std::array<std::uint64_t, kMaxSignalStates> level_steps{};
   std::array<std::uint64_t, kMaxSignalStates> steps{};  ///< steps spent in each state in the whole game
 };
 using SignalStatuses = boost::container::static_vector<SignalStatus, kMaxSignals>;

@@ -137,8 +137,8 @@ struct RoomScheduler::Stepper {
   double place = 0;           ///< phase of the deadlines of the thread's first room [periods]
   std::vector<Loop*> loops;   ///< rooms of the thread, in the order of their deadlines
   LocalTime users_checked{};  ///< last check for users of empty rooms
-  LocalTime
-      news_since{};  ///< time since which new states are ready without a notification of io; LocalTime{}: there are none
+  /// Time since which new states are ready without a notification of io; LocalTime{}: there are none.
+  LocalTime news_since{};
   std::atomic<bool> is_called{true};  ///< whether a room was assigned, or stop() was called
   /// The thread sleeps on this semaphore until call(). A call of try_acquire() yields the processor.
   std::counting_semaphore<> called{0};

@@ -26,8 +26,8 @@ struct RoomRecording {
   std::uint64_t recording = 0;  ///< number shared by the files of one recording
   Duration unix_offset{0};      ///< Unix time minus the time of the room's clock
   double states_hz = 50;        ///< rate of recorded states; limited to one per step
-  std::size_t capacity =
-      4096;  ///< ring capacity [records]; a step takes one record, plus one for each of its commands, inputs and states
+  /// Ring capacity [records]; a step takes one record, plus one for each of its commands, inputs and states.
+  std::size_t capacity = 4096;
   recording::RotationSettings rotation{};
   std::optional<wire::RoomCheckpoint> restored{};  ///< state from which the room resumes; none if it starts anew
 };

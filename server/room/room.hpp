@@ -86,8 +86,8 @@ struct RoomUpdate {
   /// States of all users with tools. for_seat() removes the recipient's own state.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
   std::array<UserId, proto::kMaxUsers> user;  ///< user of the seat; invalid: the seat is free
-  std::array<std::uint64_t, proto::kMaxUsers>
-      requests_served{};  ///< number of grabs and releases served for the seat's user
+  /// Number of grabs and releases served for the seat's user.
+  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};
   std::array<proto::OwnUpdate, proto::kMaxUsers> own;
 
   /// Returns the update for the user of one seat.

@@ -100,8 +100,8 @@ class RoomSeats {
   std::array<BodyId, proto::kMaxUsers> held_{};              ///< body held by the seat's tool, indexed by seat
   std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< number of grabs and releases since the user joined
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
-  std::uint32_t entries_ =
-      0;  ///< level for which new couplings are chosen, as GameStatus::entries; 0: they hold for any level
+  /// Level for which new couplings are chosen, as GameStatus::entries; 0: they hold for any level.
+  std::uint32_t entries_ = 0;
   std::uint32_t last_user_ = 0;
   std::size_t sources_ = 0;  ///< number of sources of signals
   net::TokenBucket resets_{kResetRate};

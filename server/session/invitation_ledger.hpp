@@ -110,8 +110,8 @@ class InvitationLedger {
   };
   struct UsedToken {
     std::uint64_t expires_ms = 0;
-    std::uint64_t number =
-        0;  ///< number of the kUse change; 0 if the use was read from the file or is kept in memory only
+    /// Number of the kUse change; 0 if the use was read from the file or is kept in memory only.
+    std::uint64_t number = 0;
   };
 
   void post(Change change);

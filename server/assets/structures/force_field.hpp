@@ -69,8 +69,8 @@ struct EndBlocks {
 
 /// Changes to a residue's block at a chain end.
 struct TerminusEdit {
-  std::vector<BlockAtom>
-      replaced;  ///< new entries for the atoms with these names; an entry for "OXT" is added if the block lacks this atom
+  /// New entries for the atoms with these names; an entry for "OXT" is added if the block lacks this atom.
+  std::vector<BlockAtom> replaced;
   std::vector<BlockAtom> added;  ///< atoms to add, e.g. H1, H2, H3
   std::vector<std::string> deleted;
   std::vector<HydrogenRule> hydrogens;

@@ -28,8 +28,8 @@ struct StructureReport {
   std::vector<std::string> missing;  ///< atoms that the force field expects and the file lacks
   std::vector<std::string> dropped;  ///< atoms and residues of the file that were not loaded, with the reason
   std::vector<std::string> built;    ///< heavy atoms that were added: OXT at chain ends
-  std::vector<std::string>
-      gaps;  ///< gaps in chains: "before GLY 45 of chain A"; also the ends at which a chain was cut out of a longer one
+  /// Gaps in chains: "before GLY 45 of chain A"; also the ends at which a chain was cut out of a longer one.
+  std::vector<std::string> gaps;
   std::vector<std::string> histidines;  ///< choice and reason for each histidine without hydrogens in the file
   std::string hydrogens;                ///< "given", "build" or "united": the applied choice
   std::vector<std::string> moved;       ///< built hydrogens of the whole file that were moved: names and displacements
