@@ -31,8 +31,8 @@ struct ServerKeys {
   secure::KeyPair issuer;  ///< key pair that signs invitations
   std::string certificate_pem;
 };
-/// Reads the keys of a server, and generates and stores missing ones. A new server key is stored with an empty list of
-/// used invitations.
+/// Reads the keys of a server. Missing keys are generated and stored. Together with a new server key, an empty list of
+/// used invitations is stored.
 /// Fails   std::invalid_argument: a file cannot be read or written, or a key is invalid
 ServerKeys open_keys(const SecurityOptions& options);
 

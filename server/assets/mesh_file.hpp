@@ -18,15 +18,17 @@ namespace tandem::server {
 /// Fails   std::runtime_error
 std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const std::string& remedy);
 
-/// Returns the triangles of all parts of a mesh in one frame with z up. Vertices that differ only in colour or normal
-/// are merged. The extension of `file` selects the format; messages name `file`. Buffers of a .gltf are read from its
-/// folder or below. Unit and up axis of the vertices in the file are:
+/// Returns the triangles of all parts of a mesh in one frame with z up. Vertices at equal positions that differ only in
+/// colour or normal are merged. The extension of `file` selects the format, and messages contain `file`. Buffers of a
+/// .gltf are read from its folder or a folder below. Unit and up axis of the vertices in the file are:
 /// * .gltf, .glb: metre, y up
 /// * .dae: as its asset element states
 /// * .3ds: unit of the file, z up
 /// * other formats: unit of the file, z up
-/// Fails   std::runtime_error: the file is empty or not a mesh; it has more than a million triangles, or a vertex that
-///         is not finite; rounding far from the origin changes its shape; or its extension is not supported
+/// Fails   std::runtime_error in these cases:
+///         * The file is empty or not a mesh, or its extension is not supported.
+///         * It has more than a million triangles, or a vertex that is not finite.
+///         * The mesh is so far from the origin that rounding changes its shape.
 geometry::TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& file);
 
 /// Returns whether the format defines the unit, as .gltf, .glb and .dae do.

@@ -259,9 +259,9 @@ class Probe {
     return least;
   }
 
-  /// Returns the lowest energy of the descents from two starts: the pose in the files, and the best position of all
-  /// approaches. Returns 0 if the molecules do not attract each other.
-  /// Fails   std::invalid_argument: too many atoms
+  /// Returns the lowest energy that two descents find [kcal/mol]. One starts at the pose in the files, the other at the
+  /// best position of all approaches. Returns 0 if the molecules do not attract each other.
+  /// Fails   std::invalid_argument: a pair of molecules has more than kMaxToMinimise pairs of atoms
   double minimum() const {
     double least = 0;
     for (const Pair& pair : pairs_) {

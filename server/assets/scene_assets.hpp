@@ -1,6 +1,6 @@
-// Reads the files that a scene names: each file is read once, hashed, and converted to a mesh or a molecule. Contact
-// shapes are built here as well, in milliseconds for primitives and in seconds for meshes, unless the disk cache
-// contains them.
+// Reads the files that a scene names. Each file is read once, hashed, and converted to a mesh or a molecule. Contact
+// shapes are built as well. This takes milliseconds for a primitive and seconds for a mesh, unless the disk cache
+// contains its shape.
 #pragma once
 
 #include <filesystem>

@@ -27,8 +27,8 @@ std::string kept_pose_folder(const Room& room);
 std::optional<Pose> in_first(const wire::KeptPose& pose);
 
 /// Reads poses.json. Fields of a newer version of the format are ignored.
-/// Out     the list, which is empty if the file does not exist; none if the file is not a valid list of at most
-///         kMaxKeptPoses poses. The caller must not overwrite such a file, because its contents would be lost.
+/// Out     the list; empty if the file does not exist. None: the file is not a valid list of at most kMaxKeptPoses
+///         poses. The caller must then not overwrite the file, because its contents would be lost.
 std::optional<KeptPoseList> read_kept_poses(const std::filesystem::path& folder);
 
 /// Writes poses.json, the list that read_kept_poses() reads, and poses.csv, a table with one line per pose. Each file

@@ -61,9 +61,9 @@ class PoseKeeper final : public RoomService {
   /// Out     empty if the request is accepted, otherwise the reason for the refusal, as text for users
   std::string submit(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
                      const wire::AskPose& message);
-  /// Cancels the pending and running minimisations of one user of the room, or of all users.
-  /// In      user  none: all users
-  ///         why  string literal with the text of the refusals
+  /// Cancels minimisations that are queued or running.
+  /// In      user  user of the room who has requested them; none: those of all users
+  ///         why  reason, as a string literal; it is the text of the refusals
   /// Out     false if there is no such minimisation
   bool cancel(const Room& room, std::optional<UserId> user, const char* why);
   /// Cancels all requests of a user who has left the room, except those that change the list of poses.

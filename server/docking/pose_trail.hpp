@@ -25,7 +25,8 @@ class PoseTrail {
   ///         period  duration of a step of the room
   PoseTrail(const docking::Molecule& second, Duration period) : second_(&second), period_(period) {}
 
-  /// Observes the pose after a step. A sample that was taken before a pending move was executed is ignored.
+  /// Observes the pose of the molecules after a step. While a move is pending, the poses before its execution are
+  /// ignored.
   ///
   /// In      moves  number of moves that the room had executed by the end of `step`
   void observe(const Pose& X_AB, Step step, std::uint64_t moves);

@@ -1,5 +1,5 @@
-// The game of a room: which level is played, which goals are reached, the score and the time. The room calls it once in
-// each step, after the world.
+// The game of a room. It determines which level is played, which goals are reached, the score and the time. The room
+// calls it once in each step, after the step of the world.
 //
 //   World ──states──▶ conditions ──▶ goals ──▶ level ──▶ score, events ──▶ io thread: GameStatus, GameNews
 //     ▲                                          │
@@ -89,8 +89,8 @@ struct SignalValue {
 ///
 /// Determinism  the same states and commands give the same status and events in each step. Nothing depends on wall
 /// time.
-/// Bodies       a body that appears or disappears with a level does so only when no hand touches it or is near its
-/// start, so that no force jumps. For a static body, no hand may be near its bounding sphere.
+/// Bodies       a body may appear or disappear with a level. A movable body disappears when no hand touches it. All other
+///              changes wait until no hand is near the body's place in the scene. No force jumps as a result.
 /// Signals      a signal ages with each step, also while the clock of the game stands. In a room without users, steps
 /// may be skipped, so the room discards all signals. A checkpoint contains the times spent in the states of signals. It
 /// does not contain their values, so they are stale after a restart.

@@ -52,8 +52,8 @@ class SilhouetteFit {
   /// the area of the pieces outside the figure, divided by the figure's area.
   double covered() const noexcept { return covered_; }
   double outside() const noexcept { return outside_; }
-  /// Continues the search by one placement. A new search starts 100 steps after the end of the last one. Call once a
-  /// step.
+  /// Continues the search by one placement. When a search has ended, the next one starts 100 steps of the room later.
+  /// Call the function at most once per step of the room.
   /// In      bodies  states of the bodies, indexed as in the scene
   ///         absent  bit i: body i does not exist; if a piece does not exist, the figure is not covered
   void advance(std::span<const RigidState> bodies, std::uint64_t absent = 0) noexcept;

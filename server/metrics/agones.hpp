@@ -61,7 +61,7 @@ class AgonesPlan {
   std::optional<LocalTime> left_;
 };
 
-/// Reports the server's state by calls to the sidecar. If there is no sidecar, the server works without it.
+/// Reports the server's state by calls to the sidecar. The server also works if there is no sidecar.
 ///
 /// Thread  a separate thread of normal priority, which may wait for the sidecar
 class Agones {

@@ -41,9 +41,9 @@ constexpr Duration kLongSleep = std::chrono::milliseconds(2);
 /// Number of parts of a period. The phase of a room's deadlines may deviate by one part from its computed value. A
 /// larger deviation is corrected by at most one part per step.
 constexpr int kPlaces = 64;
-// The io thread (io) has a lower priority than the rooms while the steps of each thread together take at most
-// kIoWaitsFor. After kSlowStepsInARow consecutive steps of one room longer than kIoWaitsNotFor, io gets a higher
-// priority, because all rooms depend on io.
+// Priority of the io thread (io). It is lower than that of the rooms while the steps of each thread together take at
+// most kIoWaitsFor. It becomes higher, because all rooms depend on io, after kSlowStepsInARow consecutive steps of one
+// room that take longer than kIoWaitsNotFor.
 constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor = std::chrono::microseconds(500);
 constexpr int kSlowStepsInARow = 2;
 
@@ -340,9 +340,9 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
     all += one->mean_step;
     ++count;
   }
-  // Gaps separate the answers of the rooms, so that a longer step does not delay all other rooms. Half of the unused
-  // period is divided among the gaps; the other half stays free at the end of the period. A gap is also at most half of
-  // the answer time, and at most kNotWorthASleep.
+  // Gaps separate the answers of the rooms, so that a longer step does not delay all other rooms. The gaps together
+  // take half of the unused period, and the other half stays free at the end of the period. A single gap is at most
+  // half of the answer time, and at most kNotWorthASleep.
   const Duration spare = std::max(Duration{0}, period - all) / std::max<Duration::rep>(1, 2 * count);
   Duration place = from_seconds(stepper.place * to_seconds(period));
   for (const Loop* before : stepper.loops) {
@@ -397,9 +397,9 @@ void RoomScheduler::share(LocalTime now) {
   place(now);
 }
 
-/// Measures the demands of the rooms and of io. A room that lacks time makes fewer steps, so its load is extrapolated
-/// to its full rate. A thread's processor time, wake-ups included, is divided among its rooms in proportion to their
-/// busy time. The means cover about 250 ms, so that a short disturbance does not count as demand.
+/// Measures the demands of the rooms and of io, as means over about 250 ms, so that a short disturbance does not count.
+/// * A room that lacks time makes fewer steps, so its demand is extrapolated to its full rate.
+/// * A thread's processor time, wake-ups included, is divided among its rooms in proportion to their busy time.
 void RoomScheduler::measure(LocalTime now, Duration window) {
   const auto share_of = [](Duration part, Duration whole) {
     return whole > Duration{0} ? std::max(0.0, part / std::chrono::duration<double, std::nano>(whole)) : 0;
@@ -428,8 +428,8 @@ void RoomScheduler::measure(LocalTime now, Duration window) {
 }
 
 /// Withdraws real-time priority from a room at once, and restores it after the room has been within the limit for a
-/// second. Only rooms with separate threads are affected: shared threads always have priority, and a room without
-/// priority is not placed on a shared thread.
+/// second. This concerns only rooms with separate threads: shared threads always have priority, and a room without
+/// priority is not moved to a shared thread.
 void RoomScheduler::give_priority(LocalTime now) {
   std::vector<double> demands{io_demand_};
   std::vector<bool> have_priority{true};

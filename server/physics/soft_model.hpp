@@ -63,8 +63,8 @@ std::uint64_t soft_block_nodes(const std::array<std::uint64_t, 3>& cells);
 /// links.
 SoftModel make_soft_block(const Vec3& size_m, double spacing_m, const SoftTraits& traits);
 
-/// Makes a hollow closed surface. Its links are the edges of the mesh and, against bending, the connections between the
-/// opposite corners of triangles that share an edge. The enclosed volume resists compression.
+/// Makes a hollow closed surface whose enclosed volume resists compression. Each edge of the mesh is a link. For
+/// resistance to bending, the two corners opposite to each edge are linked as well.
 /// In      mesh  each edge belongs to two triangles; corners counter-clockwise seen from outside
 SoftModel make_soft_surface(const geometry::TriangleMesh& mesh, const SoftTraits& traits);
 

@@ -112,8 +112,8 @@ double InputPlayout::ticks_until(Duration client_time) const noexcept {
   return static_cast<double>(before.tick.value - first) + to_seconds(client_time - before.sent) * rate;
 }
 
-/// Selects the tick to play, which never precedes the last played tick. A playout that lags behind catches up by two
-/// strides in every fourth step (kCatchUpSteps).
+/// Selects the tick to play. It never precedes the last played tick. If the played tick lags behind, it advances by two
+/// strides instead of one in every fourth step (kCatchUpSteps).
 /// In      wanted  tick that the delay demands now, counted from the oldest input
 void InputPlayout::choose_tick(double wanted) noexcept {
   const std::uint64_t first = input(count_ - 1).tick.value;

@@ -40,8 +40,8 @@
 namespace tandem::server {
 
 /// Command from the io thread to the room, about a seat. Every command uses `index` and `user` of `seat`; only kJoin
-/// uses the other fields of `seat`. kSetSignal comes from a source of signals, which has no seat: its `user` is only
-/// recorded.
+/// uses the other fields of `seat`. kSetSignal comes from a source of signals. A source has no seat, so `user` serves
+/// only for the recording.
 struct RoomCommand {
   enum class Kind : std::uint8_t {
     kJoin,
@@ -188,9 +188,9 @@ class Room {
   /// Adds a watcher; call it before the first step. At most kMaxWatchers are allowed, and each must outlive the room's
   /// steps.
   void watch(RoomWatcher& watcher) { watchers_.push_back(&watcher); }
-  /// Restores a saved state; call it before the first step. A user who takes a saved tool within kKeptFor finds the
-  /// tool at its saved pose, holding its body. Until the tool is taken, this body does not move. Values out of range
-  /// are ignored.
+  /// Restores a saved state. Call it before the first step. Each saved tool is reserved for its user for the time
+  /// kKeptFor, during which its held body does not move. A user who takes the tool in this time finds it at its saved
+  /// pose, holding the body. Values out of range are ignored.
   void resume(const RoomState& state);
 
   // Functions for the room thread.

@@ -62,8 +62,8 @@ class RoomSeats {
   /// full or kResetRate is exceeded. The rate is limited because each reset sends an event per moving body to every
   /// user.
   bool reset(const Seat& seat, LocalTime now);
-  /// Records the coupling of a new level of the game. The room itself has already applied it, and discards couplings that
-  /// were set for an earlier level.
+  /// Records the coupling of a new level of the game. The room has already applied this coupling. It discards commands
+  /// with couplings that were chosen for an earlier level.
   /// In      entries  count of entered levels (GameStatus::entries), which identifies the level
   void follow_level(const physics::SceneCoupling& coupling, std::uint32_t entries);
   /// Posts a command for the game of the room. Returns false if the room's queue is full.
@@ -72,9 +72,9 @@ class RoomSeats {
   /// In      placing  command to post; its `seat` is replaced by the argument `seat`
   /// Out     false: the room's queue is full
   bool place(const Seat& seat, RoomCommand placing);
-  /// Posts a grab. Returns false, without effect, if the room's queue is full or the last request of this seat is still
-  /// unserved (see on_update()). A single user can thus not fill the shared queue. The caller notifies the user of a
-  /// refusal.
+  /// Posts a grab. Returns false, without effect, if the room's queue is full, or if the last request of this seat is
+  /// not served yet (see on_update()). A single user can thus not fill the shared queue. If false is returned, the
+  /// caller must notify the user.
   bool grab(const Seat& seat, BodyId body, std::uint32_t request);
   bool release(const Seat& seat, std::uint32_t request);
   /// Copies the number of served requests and the held body of the seat's user from an update. Every update repeats

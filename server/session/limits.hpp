@@ -32,8 +32,8 @@ inline constexpr net::Rate kSourceSignalRate{50, 100}, kSignalRate{200, 400};
 /// Rate of requests for saved poses of molecules.
 inline constexpr net::Rate kUserPoseRate{4, 8}, kPoseRate{16, 32};
 
-// Limits of one address, shared by all connections from it. At the rate limit, its connections that have not joined are
-// delayed.
+// Limits of one address, shared by all connections from it. At the limit of the rate, those connections are delayed
+//        that have not joined.
 /// Rate of the control messages of all connections of an address. State datagrams and requests for assets of joined
 /// users are not counted.
 inline constexpr net::Rate kAddressControlRate{1000, 2000};

@@ -118,11 +118,10 @@ class SessionHub {
 
   /// Sends all updates that rooms have published since the last call. Then delivers the events of rooms, ends silent
   /// connections, and handles waiting control messages of the connections in turn (limits.hpp).
-  /// In      clock  read before each update is sent, for its time stamp, because sending the preceding updates takes
-  ///         time
+  /// In      clock  read again for the time stamp of each update, because sending the updates before it takes time
   void poll(const Clock& clock);
-  /// Sends some of the updates of a room that has just published, in parallel with poll() on the io thread. poll()
-  /// waits for sends begun here, so the calling thread must not block.
+  /// Sends some of the updates of a room that has just published, in parallel with poll() on the io thread. The calling
+  /// thread must not block, because poll() waits for the sends that it has begun.
   /// Thread  room
   void help(const Room& room);
   /// Refuses all requests that services have not begun, and all later ones. poll() sends the answers.

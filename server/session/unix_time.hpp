@@ -25,8 +25,8 @@ class UnixTime {
   ///                  earlier, the clock counts as set back
   explicit UnixTime(std::uint64_t last_ms = 0) : last_ms_(last_ms) {}
 
-  /// Updates the offset from the wall clock. Call it at least once per second, so that a short step of the clock does
-  /// not look persistent.
+  /// Updates the offset from the wall clock. Call it at least once per second. With rarer calls, a short step of the
+  /// clock could look persistent.
   /// Out     current time
   std::uint64_t update(std::uint64_t wall_ms, LocalTime now);
   /// Current time; requires an earlier update().

@@ -19,9 +19,9 @@ struct ChemicalElement {
 
 /// Returns the element with this symbol (upper case, hydrogen to lawrencium); null for any other text.
 ///
-/// Source  masses: IUPAC, standard atomic weights 2021; for radioactive elements the mass number. Lennard-Jones
-///         parameters: UFF, Rappé, Casewit, Colwell, Goddard, Skiff, JACS 114 (1992) 10024, first atom type of each
-///         element
+/// Source  masses: IUPAC, standard atomic weights 2021; for a radioactive element its mass number. Lennard-Jones
+///         parameters: UFF, Rappé, Casewit, Colwell, Goddard, Skiff, JACS 114 (1992) 10024; those of the first atom
+///         type of each element
 const ChemicalElement* find_element(std::string_view symbol);
 
 std::span<const ChemicalElement> periodic_table();

@@ -36,8 +36,8 @@ std::vector<BuiltGroup> build_hydrogens(const ForceField& force_field, std::vect
 std::vector<BuiltGroup> complete_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
                                            std::span<const ResidueContext> contexts, std::size_t r);
 
-/// Adds the second oxygen of the last amino acid of a chain if it is missing: in the plane of CA, C and O, 1.25 Å from
-/// C.
+/// Adds the oxygen OXT to the last amino acid of a chain if it is missing. It is placed in the plane of CA, C and O,
+/// 1.25 Å from C.
 /// Out     true if the oxygen was added
 bool complete_chain_end(const ForceField& force_field, PdbResidue& residue);
 

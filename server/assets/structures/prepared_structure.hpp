@@ -27,8 +27,8 @@ struct PreparedStructure {
   PdbStructure read;  ///< omissions that the reader has reported; its residues have been moved to `chains` and `others`
 };
 
-/// Reads a file and sorts its residues, without adding atoms. Nucleotides of files from before 2007 get their current
-/// names: O5' for O5*, and DA for an A without the hydroxyl of C2'.
+/// Reads a file and sorts its residues into `chains` and `others`, without adding atoms. Nucleotides of files from
+/// before 2007 get their current names: O5* becomes O5', and A without the hydroxyl of C2' becomes DA.
 /// Fails   MoleculeError: see read_structure()
 PreparedStructure read_residues(const std::filesystem::path& structure, const ForceField& force_field);
 

@@ -3,8 +3,8 @@
 //    1-6 record   13-16 name   17 alternate location   18-20 residue   22 chain   23-26 number
 //   27 insertion code   31-38, 39-46, 47-54 x y z [Å]   55-60 occupancy   73-76 segment   77-78 element   79-80 charge
 //
-// The input may contain any bytes. File size (structure_file.hpp), atoms, and atoms of one residue are therefore
-// bounded.
+// The input may contain any bytes. Therefore the size of the file (structure_file.hpp), the number of atoms, and the
+// number of atoms of one residue are bounded.
 #include "server/assets/structures/readers/pdb_reader.hpp"
 
 #include <algorithm>
