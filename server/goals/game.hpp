@@ -88,12 +88,12 @@ struct SignalValue {
 /// Evaluates the game of one room.
 ///
 /// Determinism  the same states and commands give the same status and events in each step. Nothing depends on wall
-/// time.
+///              time.
 /// Bodies       a body may appear or disappear with a level. A movable body disappears when no hand touches it. All other
 ///              changes wait until no hand is near the body's place in the scene. No force jumps as a result.
 /// Signals      a signal ages with each step, also while the clock of the game stands. In a room without users, steps
-/// may be skipped, so the room discards all signals. A checkpoint contains the times spent in the states of signals. It
-/// does not contain their values, so they are stale after a restart.
+///              may be skipped, so the room discards all signals. A checkpoint contains the times spent in the states
+///              of signals, but not their values, so the values are stale after a restart.
 /// Thread       room: no allocation, lock or wait. The io thread reads status_mailbox() and next_event().
 /// Cost         evaluates only the conditions of open goals, and at most one placement of a silhouette per step
 class Game {

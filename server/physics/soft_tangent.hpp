@@ -31,8 +31,8 @@ namespace tandem::server {
 ///            part of K, with its negative eigenvalues set to zero.
 /// Source  derived for this project
 /// Limit   Levers, volume gradient and the set of pushes are those of the step, so contacts that begin or end are not
-/// considered. Fixed nodes: those more than kRings links away from a pushed node, and those that exceed the limit
-/// kMaxPatch.
+///         considered. Fixed nodes: those more than kRings links away from a pushed node, and those that exceed the
+///         limit kMaxPatch.
 class SoftTangent {
  public:
   static constexpr int kRings = 2;

@@ -51,8 +51,8 @@ int soft_period_steps(double room_rate_hz, double rate_hz);
 
 /// Soft bodies in motion, as a deterministic simulation.
 ///
-/// Invariant  The impulses of a correction on tool and nodes are opposite. The impulse of a soft step on a tool is W₀
-/// h, with the wrench W₀ of the tool's contact and the length h of the step
+/// Invariant  The impulses of a correction on tool and nodes are opposite. The impulse of a soft step on a tool equals
+///            the wrench W₀ of the tool's contact times the length of the step
 ///
 /// Thread  called from one thread at a time (the room's); with steps_aside a separate thread computes the steps
 class SoftWorld final : public physics::SoftBodies {
