@@ -276,7 +276,8 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, do
   return command.add_option(name, value, help)->check(problem);
 }
 
-/// Adds an option for a coefficient of the coupling. The permitted range is that of scene files.
+/// Adds an option for a coefficient of the coupling. The option permits the same range of values as the corresponding
+/// field of a scene file.
 CLI::Option* add_coefficient(CLI::App& command, const std::string& name, CheckOptions& options,
                              double haptics::CouplingParameters::*value, const std::string& help) {
   const auto* const field = std::ranges::find(proto::kCouplingFields, value, &proto::CouplingField::value);

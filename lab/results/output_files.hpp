@@ -26,8 +26,8 @@ std::map<std::string, std::string> with_report(std::map<std::string, std::string
 /// under temporary names and then renamed. SIGINT and SIGTERM are blocked during the renaming. Therefore an
 /// interruption leaves either all previous files or all new ones.
 ///
-/// Fails   see made_folder() and write_text_file(). std::filesystem::filesystem_error: a folder already has the name of
-///         a file. In this case the files that were renamed before the failure remain
+/// Fails   see made_folder() and write_text_file(). std::runtime_error: a folder already has the name of a file.
+///         std::filesystem::filesystem_error: a file cannot be renamed; the files renamed before it remain
 void write_all_files(const std::string& out, const std::map<std::string, std::string>& files);
 
 }  // namespace tandem::lab

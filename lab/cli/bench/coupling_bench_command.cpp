@@ -25,8 +25,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Upper limit for the median duration of a law with its safety chain. A tick has 1000 µs; device, network and proxy
-/// need the rest.
+/// Upper limit for the median duration of a coupling law with its safety chain. It is a small part of a tick (1000 µs),
+/// because device, network and local model need most of the time.
 constexpr double kMedianBound_us = 2;
 /// Number of rounds. The compared laws alternate, so that a change of the processor's clock rate affects all of them.
 constexpr int kCouplingRounds = 5;
@@ -97,8 +97,8 @@ Wrench plain_spring(const WalkTick& tick) {
           c.damping_n_m_s_per_rad * (tick.V_WT.w - tick.V_WH.w)};
 }
 
-/// Limits the contact force as the room does for direct rendering. The duration does not depend on the contact, so any
-/// wrench can serve as the contact force.
+/// Limits the contact force as the room does for direct rendering. The argument may be any wrench, because the duration
+/// does not depend on its value.
 Wrench limited(const Wrench& contact) {
   const haptics::CouplingParameters c;
   return {haptics::saturated(contact.f, c.force_limit_n, c.saturation_softness),

@@ -117,8 +117,8 @@ json::object measured(const DockingPair& pair, docking::MolecularField& field, c
   return row;
 }
 
-/// Returns the error of the far-field grid relative to a sum over all pairs without cut-off. Errors are root mean
-/// squares over the poses.
+/// Returns the error that the far-field grid causes, as the RMS over the poses. The reference is the sum over all pairs
+/// of atoms without cut-off.
 json::object far_part(const DockingPair& pair, docking::MolecularField& field, const Pose& X_AB) {
   docking::FieldModel model = pair.model;
   model.has_far_grid = false;
