@@ -58,7 +58,8 @@ RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& sce
     throw std::invalid_argument("--users " + std::to_string(hands.size()) + ": the scene has " +
                                 std::to_string(scene->world.tools.size()) + " tools; give fewer users");
   }
-  // Passivity control is off: it would limit the force, because these hands follow fixed paths and do not yield.
+  // Passivity control is off. It would limit a tool to the energy that its hand supplies, and the simulated users
+  // report no supplied energy.
   const server::RoomOptions options{.steps_soft_aside = true, .controls_tool_passivity = false};
   const auto room = std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene, options);
   std::vector<std::unique_ptr<SimulatedUser>> seats;

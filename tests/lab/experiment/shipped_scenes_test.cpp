@@ -45,7 +45,7 @@ constexpr std::array kShipped = {"free",
                                  "turn_squeezed",
                                  "two_plates",
                                  "box_on_box"};
-/// Names of the phases that metrics evaluate. A path with a misspelt phase would silently be left out of a metric.
+/// Names of the phases that metrics evaluate. A phase with another name, e.g. a misspelt one, would not be evaluated.
 constexpr std::array kPhases = {"approach", "move", "contact", "slide", "shake", "hold", "retreat"};
 
 Experiment shipped(const std::string& name) {

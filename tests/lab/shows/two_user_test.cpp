@@ -191,7 +191,7 @@ TEST(Deadband, OfATenthLeavesOut85PercentOfTheDatagramsAndNotTheForceOfThePeg) {
 }
 
 // A loss burst of 60 ms makes the displayed force decay (see expect_recovery_from_bursts()), so the hand moves. Fails
-// if the local model diverges from the server because the deadband suppresses corrections of this motion.
+// if the local model then diverges from the server.
 TEST(Deadband, DoesNotDivergeOnThePegWhenATenthIsLost) {
   const Shown lossy("peg", {"link.rtt_ms=100", "deadband=0.1", "link.loss=0.1"});
   EXPECT_EQ(lossy.outcome(), "completed");

@@ -98,8 +98,8 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
 
 TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
   const TouchObject& cube = landed_cube();
-  // Only the fixed edge near x = −8 mm hits the cube. Its lever arm of 8 mm is close to a/√6 (a: edge of the cube), the
-  // lever arm with which a stop causes the fastest rotation.
+  // The cube is hit only on a strip of its lower face, centred at x = −8 mm in its frame. This lever arm is close to
+  // a/√6 = 8.2 mm (a: edge of the cube), with which a stop causes the fastest rotation.
   const double lever_m = 0.008, gyration_m = kEdge_m / std::sqrt(6.0);
   TouchSettings settings;
   settings.coupling.stiffness_n_per_m = 1e-6;  // so soft that the tool moves freely

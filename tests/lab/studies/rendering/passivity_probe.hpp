@@ -57,7 +57,7 @@ struct DriverLimits {
   double speed_per_s = 0.1;
   double acceleration_per_s2 = 10;
   double decision_s = 0.05;  ///< minimum time between changes of direction
-  double rashness = 0.2;  ///< fraction of the decisions that the driver makes at random instead of by the force
+  double rashness = 0.2;     ///< fraction of the decisions that the driver makes at random instead of by the force
   double reach = 0.02;       ///< largest distance from the start
 };
 /// Limits of a human hand: at most one new direction in 50 ms, 10 m/s² in translation, 200 rad/s² in rotation.
