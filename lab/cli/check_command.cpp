@@ -196,8 +196,8 @@ void print(const CheckRun& check, const CheckOptions& options) {
   std::printf("%s\n", verdict_of(check).c_str());
 }
 
-/// Returns the largest stiffness at which every loop of translation is stable with this damping [N/m]. It is at most
-/// kMaxStiffness_n_per_m, and NaN if not even 1 N/m is stable.
+/// Returns the largest stiffness at which the control loop of translation is stable in every checked hand with this
+/// damping [N/m]. It is at most kMaxStiffness_n_per_m. It is NaN if the loop is unstable even at 1 N/m.
 double largest_stable_n_per_m(const CheckRun& check, double damping_n_s_per_m) {
   haptics::CouplingParameters parameters = check.loop->parameters;
   parameters.damping_n_s_per_m = damping_n_s_per_m;

@@ -26,8 +26,8 @@ inline constexpr const char* kShakePhase = "shake";
 /// Source  ordinary least squares. The confidence interval uses the covariance estimate of Newey and West (Econometrica
 ///         55, 1987: "A simple, positive semi-definite, heteroskedasticity and autocorrelation consistent covariance
 ///         matrix") with a lag of 0.2 s, because successive residuals are correlated Limits at a single frequency, a
-///         spring force looks like a mass with negative sign. Therefore the hand must shake with several frequencies in
-///         the range 0.5–5 Hz
+///         spring cannot be distinguished from a negative mass. Therefore the motion must contain several frequencies
+///         in the range 0.5–5 Hz
 /// Fails   NaN if the phase is missing or shorter than 2 s, or if the hand hardly moves in it
 FeltMass felt_mass(const UserTrace& user);
 

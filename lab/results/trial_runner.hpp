@@ -28,7 +28,8 @@ struct RunSettings {
   /// whether each trial is also run at zero delay on its own stage, for metrics that compare with this run
   /// (TrialView::same_stage)
   bool holds_against_own_stage = true;
-  std::string program;  ///< fingerprint of this program; results of a different program are not reused
+  /// hash that identifies this program (program_fingerprint()); results of a different program are not reused
+  std::string program;
 };
 
 struct TrialResult {

@@ -64,8 +64,8 @@ class Wander {
   Vec3 value_ = Vec3::Zero();
 };
 
-/// Returns random states of a hand in its workspace and of a tool up to a few centimetres and half a radian away. They
-/// cover the flat, the steep and the saturated part of every law's curve.
+/// Returns random states of a hand and of a tool, one pair for each tick. The tool is up to a few centimetres and half
+/// a radian away from the hand. The states cover the flat, the steep and the saturated part of every law's force curve.
 std::vector<WalkTick> random_walk() {
   Random random(kSeed);
   Wander place(0.04, 1), turn(0.5, 1), apart(0.012, 0.3), twisted(0.3, 0.3), speed(0.1, 0.1), spin(1, 0.1),

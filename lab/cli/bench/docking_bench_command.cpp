@@ -31,8 +31,8 @@ namespace {
 
 namespace json = boost::json;
 
-/// Number of poses in a round. The ligand oscillates by ±0.5 Å and rotates slightly, so that its far end moves by a
-/// similar distance. No pose repeats.
+/// Number of poses in a round, all different. The ligand oscillates by ±0.5 Å. It also rotates so slightly that its far
+/// end moves by a similar distance.
 constexpr int kPoses = 16;
 constexpr double kSwingAngstrom = 0.5;
 constexpr double kTurnRad = 0.01;

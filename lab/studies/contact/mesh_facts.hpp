@@ -14,8 +14,8 @@ namespace tandem::lab {
 struct MeshFacts {
   geometry::ContactMesh mesh;
   Vec3 size_units = Vec3::Zero();  ///< size in units of the file
-  /// metres per unit of the file; if the file states its unit, its coordinates are converted first, and this is the
-  /// factor that is applied to the converted ones
+  /// metres per unit of the file. If the file states its unit, its coordinates are converted to metres before, and this
+  /// is an additional factor
   double scale_m = 1;
   Vec3 size_m = Vec3::Zero();
   double volume_m3 = 0;        ///< sum of the volumes of all solids; a region in which two solids overlap counts twice

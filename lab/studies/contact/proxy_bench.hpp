@@ -15,9 +15,9 @@ namespace tandem::lab {
 
 /// Returns positions of the hand, one for each tick.
 ///
-/// Model   A target follows a point y that moves on an ellipsoid around the bounding box. Let x be the point of the
-///         mesh closest to y. The target is 5 mm below the surface at x. The hand begins at y and moves towards the
-///         target at up to 0.2 m/s. It may pass through the inside of the mesh.
+/// Model   A point y moves on an ellipsoid around the bounding box. Let x be the point of the mesh closest to y. The
+///         target of the hand lies on the line from y through x, 5 mm beyond x. The hand begins at y and moves towards
+///         the target at up to 0.2 m/s. It may pass through the inside of the mesh.
 std::vector<Vec3> wandering_hand(const geometry::TriangleMesh& mesh, std::size_t steps);
 
 /// Results of one loop along a path.

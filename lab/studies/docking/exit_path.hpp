@@ -41,8 +41,8 @@ double way_out_angstrom(std::span<const Pose> way);
 /// In      X_AB    start pose [Å]
 ///         effort  number of poses that are evaluated for each bound
 /// Out     poses of B in A, from X_AB until B has left. If B cannot leave with any bound, the result is the path to the
-///         farthest pose found. A caller recognises this case because the path ends closer than kExitDistance_angstrom
-///         or B is still attracted
+///         farthest pose found. B counts as locked in if this path ends closer than kExitDistance_angstrom (see
+///         way_out_angstrom())
 /// Cost    one evaluation of a MolecularField for each pose
 std::vector<Pose> exit_path(const docking::Molecule& a, const docking::Molecule& b, const docking::FieldModel& model,
                             const Pose& X_AB_angstrom, std::uint64_t seed, std::size_t effort = kExitEffort);

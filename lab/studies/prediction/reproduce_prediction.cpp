@@ -131,8 +131,8 @@ void add_chatter(Reproduction& result, const Comparison& comparison) {
                          format_significant(literal, 3) + " %"});
 }
 
-/// Returns the settings of the pure AR model, as in the thesis: without the default predictor's fallbacks at low
-/// confidence and at contact changes.
+/// Returns the settings of the pure AR model, as in the thesis. The default predictor has two additions, which are off
+/// here: a smaller weight of an uncertain model, and a reset at contact changes.
 haptics::ForceStreamSettings model_alone() {
   haptics::ForceStreamSettings settings = haptics::force_stream_settings(kDefault);
   settings.shrinks = false;

@@ -86,8 +86,9 @@ HandRigSettings rig_with(const devices::DeviceProfile& profile, bool is_rotation
   return rig;
 }
 
-/// Returns the position that a hand must intend in order to press with `force`: the deflection of the hand's own spring
-/// plus that of the coupling. For a soft rotational coupling the angle is limited, which reduces the torque.
+/// Returns the position that a hand must intend in order to press with `force`. It is the sum of two deflections: of
+/// the hand's own spring and of the coupling. For a soft rotational coupling the sum is limited to kFurthestTurn_rad,
+/// so the torque is smaller than requested.
 double wanted_for(double force, double hand_stiffness, double stiffness, bool is_rotation) {
   const double deflection = force * (1 / hand_stiffness + 1 / stiffness);
   return -(is_rotation ? std::min(deflection, kFurthestTurn_rad) : deflection);
