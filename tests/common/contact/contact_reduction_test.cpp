@@ -146,7 +146,7 @@ double wrench_error(const Wrench& a, const Wrench& b, const Middle& middle) {
 struct Kind {
   std::string name;
   Patch (*make)(Numbers&);
-  /// limit of the derivative's error, slightly above the largest error in 2,000 random patches
+  /// Limit of the derivative's error, slightly above the largest error in 2,000 random patches
   double derivative_error;
 };
 

@@ -25,7 +25,7 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 constexpr std::uint64_t kSeed = 5;
-/// resolution of stored distances, default options: (band + brick diagonal) / 32767
+/// Resolution of stored distances with the default options: (band + brick diagonal) / 32767
 constexpr double kQuantumM = 0.25e-6;
 constexpr double kCodedM = 0.94e-6;  ///< largest error of a stored distance, default options: 1/32 of the tolerance
 
