@@ -43,8 +43,8 @@ int trials() {
   return given != nullptr ? std::stoi(given) : 1;
 }
 
-/// Closes all other files in a child process. A line ends only after every process has closed it, so an inherited
-/// descriptor would keep it open.
+/// Closes all files but one in a child process. The reader sees the end of a line only when every process has closed
+/// the line, so an inherited descriptor would keep the line open.
 void keep_only(int descriptor) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (int other = 3; other < 512; ++other) {
