@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::uint32_t kRoomForContacts = 100;
 constexpr std::size_t kRoomForCut = 1000;
-/// Number of points of the largest node that is not joined further. At level 7, a pressing leaf has at most 8 × 2^(7 −
-/// 4) = 64 points, so the coarsest level must be 7.
+/// Number of points of the largest part (subtree in which the cut lies). At level 7, a pressing leaf may have
+/// 8 × 2^(7 − 4) = 64 points, so a part is one leaf, and no coarser level is needed.
 constexpr std::uint32_t kMostPoints = 64;
 constexpr int kCoarsest = 7;
 constexpr double kNarrow_m = 1e-4, kUsual_m = 5e-4, kWide_m = 2e-3;

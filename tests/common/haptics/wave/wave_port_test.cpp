@@ -127,8 +127,8 @@ TEST(WaveLine, AtRestInContactIsTheCouplingInSeriesWithTheLinesOwnSpring) {
   const double at_1_ms = compliance_m_per_n(1), at_50_ms = compliance_m_per_n(50);
   const double b = WaveImpedance{}.linear_n_s_per_m;
   EXPECT_NEAR(at_50_ms - at_1_ms, 0.049 / b, 0.02 * 0.049 / b);
-  // The rest of the compliance, without the coupling (500 N/m), the wall (5000 N/m) and the delay of 1 ms, is further
-  // delay at both ends. Expected is a step of 5 ms and a filter of 5 ms, each with up to its full time.
+  // Both ends together add a further delay: a step of 5 ms at the tool, and a filter of 5 ms. This delay is the rest of
+  // the compliance without coupling (500 N/m), wall (5000 N/m) and line (1 ms), times b.
   const double ends_s = (at_1_ms - (1 / 500.0 + 1 / 5000.0)) * b - 0.001;
   EXPECT_GT(ends_s, 0.004);
   EXPECT_LT(ends_s, 0.010);
