@@ -392,8 +392,8 @@ TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9) << "ramped in";
 }
 
-/// A stall of the loop, followed by regular ticks. Parameters: the duration of the stall [ms], and whether the states
-/// have not been renewed during the stall either.
+/// A stall of the loop, followed by regular ticks. The first parameter is the duration of the stall [ms]. The second
+/// one is true if no state arrived during the stall, so that the last state is old.
 class Stall : public testing::TestWithParam<std::tuple<int, bool>> {};
 
 TEST_P(Stall, ReleasesTheForceInStepsThenRampsItIn) {
