@@ -116,8 +116,8 @@ TEST(InputPlayout, OverAPerfectLinkPlaysEveryTickOnceAndUnchanged) {
     EXPECT_EQ(played.handle.X.p, truth.X.p);
     EXPECT_EQ(played.energy_from_hand_j, from_hand_j(played.tick.value));
   }
-  // Expected delay of the playout: two steps and a tolerance of half a step. Datagrams arrive in the step in which they
-  // are due. One more step ensures that a later input is available for interpolation.
+  // The newest datagram arrived in this step, so a shorter delay would suffice to play it. The playout waits one step
+  // more, so that a later input is always available for interpolation.
   EXPECT_LE(to_seconds(line.playout.delay()), 0.0025);
 }
 
