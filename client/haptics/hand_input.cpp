@@ -7,8 +7,8 @@
 namespace tandem::client {
 namespace {
 
-// Smallest time by which a distance between two samples is divided. When two reads follow in quick succession, a device
-// that updates at 1 kHz would otherwise appear to jump.
+// Smallest time difference in the computation of a speed from two samples. A device that updates at 1 kHz may be read
+// twice in quick succession; with the true time between the reads, the handle would appear to jump.
 constexpr double kMinSpeedGap_s = 0.001;
 
 }  // namespace

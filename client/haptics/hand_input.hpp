@@ -55,8 +55,10 @@ class HandInput {
 
   /// Returns pose and twist of the handle in the world. The tool follows them, so the clutch is included.
   const RigidState& handle_W() const noexcept { return handle_W_; }
-  /// Pose of the handle with smoothed encoder steps, for the computation of work: path_D() in the device's base,
-  /// unclutched_path_W() in the world without the effect of the clutch, path_W() in the world with it.
+  /// Poses of the handle with smoothed encoder steps, for the computation of work:
+  /// * path_D(): in the device's base
+  /// * unclutched_path_W(): in the world, without the offset of the clutch
+  /// * path_W(): in the world, with the offset of the clutch
   const Pose& path_D() const noexcept { return X_DH_path_; }
   const Pose& unclutched_path_W() const noexcept { return raw_X_WH_; }
   const Pose& path_W() const noexcept { return X_WH_path_; }

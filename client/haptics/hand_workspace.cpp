@@ -7,9 +7,9 @@ namespace tandem::client {
 namespace {
 
 constexpr double kInnerShare = 0.8;
-// Force of the wall: upper limit, and fraction of the device's force limit
+// Force of the wall at the border: upper limit [N], and fraction of the device's force limit
 constexpr double kMaxWall_n = 2, kWallShare = 0.25;
-// Opposing force of the scene at which the base stops, as a fraction of the force limit
+// Force of the scene against the base's motion at which the base stops, as a fraction of the device's force limit
 constexpr double kStandsAtShare = 0.5;
 constexpr double kWidths_per_s = 1;
 // Maximum travel of the base in one excursion, in largest widths of the workspace. The base slows down over the last

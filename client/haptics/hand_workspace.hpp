@@ -56,8 +56,8 @@ class HandWorkspace {
   /// Moves the base for one period by rate control, and computes the force of the border.
   /// In      p_DH  position of the handle; scene_on_hand_D  force of the scene on the hand
   void advance(const Vec3& p_DH, const Vec3& scene_on_hand_D, double period_s) noexcept;
-  /// Stops the base and removes the wall until the handle has been within the border again. So the base does not move
-  /// if the hand starts beyond the border, or if the user releases the clutch beyond it.
+  /// Stops the base and removes the force of the border until the handle has returned within the border. So the base
+  /// does not move if the handle starts beyond the border, or if the user releases the clutch there.
   void rest() noexcept;
 
   const WorkspaceMapping& mapping() const noexcept { return mapping_; }

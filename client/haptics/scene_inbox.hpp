@@ -26,7 +26,7 @@ class SceneInbox {
   /// Reads the newest scene and state from the mailboxes. Must be called once a tick.
   SceneNews poll() noexcept;
 
-  /// Returns the newest scene. It includes the coupling bounds of this user's device.
+  /// Returns the newest scene, with the coupling bounds of this user's device.
   const HapticScene& scene() const noexcept { return scene_; }
   /// Returns true if the scene can be rendered: its law, coefficients and mapping are in range.
   bool is_usable() const noexcept { return is_usable_; }

@@ -30,8 +30,8 @@ struct TickRecord {
   BodyId held_body;
   /// Newest received state of the watched body; empty if no state of it was received in this scene.
   std::optional<RigidState> watched_body_W;
-  bool is_local = false;    ///< whether the wrench comes from the local model, or from the ball of "god-object"
-  RigidState local_tool_W;  ///< state of the local model's tool, or of that ball
+  bool is_local = false;    ///< true: the wrench comes from the local model, or from the ball of stage "god-object"
+  RigidState local_tool_W;  ///< state of the local model's tool, or of the ball of stage "god-object"
   /// State of the watched body in the stage's local model; empty if the model does not contain the body.
   std::optional<RigidState> local_body_W;
   bool is_predicting = false;  ///< true: the wrench contains a predicted part
@@ -51,7 +51,7 @@ struct HapticCounters {
   std::uint64_t clamped_ticks = 0;
   std::uint64_t slew_limited_ticks = 0;
   std::uint64_t not_finite_ticks = 0;
-  std::uint64_t silent_ticks = 0;  ///< ticks without a server state, or with one so old that the force decays
+  std::uint64_t silent_ticks = 0;  ///< ticks without a server state, or with a state so old that the force decays
   /// Ticks whose force must not be displayed: observer, no session, or a refused coupling
   std::uint64_t not_displaying_ticks = 0;
   std::uint64_t write_failures = 0;

@@ -29,8 +29,8 @@ struct View {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> received_bodies;
   /// Bodies to display. Their states are those of the local model if there is one, otherwise the last received states.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
-  /// Contact points of the local model's tool, or of the body that it holds. If there are more points than capacity, a
-  /// spatially distributed subset.
+  /// Contact points of the local model's tool, or of the body that the tool holds. If there are more points than
+  /// capacity, a spatially distributed subset of them.
   boost::container::static_vector<Vec3, 48> contacts_W;
   /// Other users, with the poses of their tools to display.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
