@@ -31,8 +31,9 @@ class ProxyWorld {
   static constexpr double kDefaultRadius_m = 5e-3;
   /// Maximum extrapolation time: two periods of the lowest state rate.
   static constexpr Duration kCarriedOn = std::chrono::milliseconds(20);
-  /// Time without a state after which the ball restarts at the server's tool, because bodies may have moved anywhere.
-  /// It is slightly longer than `silence_zero` of SafetySettings, so no force is displayed at the restart.
+  /// Time without a state after which the ball is restarted at the server's tool, because bodies may have moved far in
+  /// the meantime. The time is slightly longer than `silence_zero` of SafetySettings, so no force is displayed at the
+  /// restart.
   static constexpr Duration kForgotten = std::chrono::milliseconds(150);
 
   /// In      joined  join message of a manipulator, accepted by fill_haptic_scene() and proxy_problem()
@@ -59,7 +60,7 @@ class ProxyWorld {
 
   std::unique_ptr<haptics::GodObject> ball_;
   std::vector<Part> parts_;             ///< shapes of bodies, in the order of the ball's obstacles
-  std::vector<RigidState> motions_;     ///< current states of the parts, in the same order
+  std::vector<RigidState> motions_;     ///< current states of the shapes in parts_, in the same order
   std::vector<RigidState> bodies_;      ///< last received states of the bodies
   std::vector<LocalTime> received_at_;  ///< reception times of the states in bodies_
   std::uint64_t absent_bodies_ = 0;     ///< last value of HapticScene::absent_bodies

@@ -1,6 +1,6 @@
 // Private to this folder: the implementation of ClientSession. Its functions are defined in three source files:
-//   session.cpp          the connection: connecting, loss, time-outs, state in both directions
-//   session_control.cpp  the server's control messages
+//   session.cpp          connection: connecting, loss, time-outs, and state updates in both directions
+//   session_control.cpp  handling of the server's control messages
 //   session_commands.cpp commands of the user: requests to the server
 #pragma once
 

@@ -45,7 +45,7 @@ proto::DropReason StateStream::receive(std::span<const std::byte> datagram, Loca
   const auto read = [this](std::span<const std::byte> payload, proto::ServerUpdate& out) {
     const proto::DropReason reason = proto::parse_server_update(payload, out);
     if (reason != proto::DropReason::kNone) return reason;
-    // Repeated states are dropped, so that a server that only repeats its last state counts as silent.
+    // Drops repeated states. So a server that only repeats its last state counts as silent.
     const bool goes_on = out.step > newest_step_ && out.stepped > newest_stepped_;
     return goes_on ? proto::DropReason::kNone : proto::DropReason::kDuplicate;
   };
@@ -98,8 +98,8 @@ void StateStream::send_newest(const haptics::CouplingParameters& coupling, bool 
   }
 }
 
-// Returns true if the update must be sent. The deadband does not suppress waves, because they are running integrals
-// that the receiver smooths as they arrive.
+// Returns true if the update must be sent. An update with a wave is sent even if the change is within the deadband: a
+// wave is a running integral, and the receiver smooths the integrals in the order of arrival.
 bool StateStream::has_changed(const net::Deadband& deadband, Duration since,
                               const haptics::CouplingParameters& coupling) const {
   if (!has_received() || newest_.mode == proto::ClientMode::kWave || is_urgent()) return true;
