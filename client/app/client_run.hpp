@@ -9,8 +9,9 @@
 //                                      ◀─ request_stop() ── signal thread (stop_signals.hpp)
 //
 // Separate threads write the output of the main thread and of the io thread (realtime/output.hpp), because a terminal
-// may block. The main thread may still block when it writes its trace, so the force must not depend on it. The haptic
-// thread ends by itself after the duration, or when the signal thread stops it. In both cases it ramps the force down.
+// may block. The main thread may still block when it writes its trace, so ending the force must not depend on the main
+// thread. The haptic thread ends by itself after the duration, or when the signal thread stops it. In both cases it
+// ramps the force down.
 //
 // The haptic thread starts when the room is joined, so that time zero is the same for the hand's path and the session.
 // It stops first, so that the session is still open while the force is ramped down.

@@ -26,7 +26,7 @@ struct WindowOptions {
   Duration after{std::chrono::seconds(3)};
   int width = 1280;
   int height = 800;
-  std::string molecules, molecule_colors;  ///< names as in MoleculeStyle; empty: the choice of the last run
+  std::string molecules, molecule_colors;  ///< as in MoleculeStyle; empty: the value of the last run
 };
 
 struct ClientOptions {
@@ -35,14 +35,14 @@ struct ClientOptions {
   devices::DeviceOptions device;
   std::optional<devices::DeviceOptions> second_device;  ///< device of the same user's other hand
   StageSettings stage;                                  ///< rendering stage, predictor and passivity controller
-  /// Room parameters that the operator sets, each with its time since the join, in ascending order of time.
+  /// Room parameters that this user sets as operator, each with its time since the join, in ascending order of time.
   std::vector<std::pair<Duration, wire::SetParameter>> sets;
   std::uint64_t seed = 1;                            ///< seed of simulated links and of the simulated hand
   std::optional<Duration> duration;                  ///< length of the run; none: it ends by a signal
   Duration start_timeout{std::chrono::seconds(60)};  ///< maximum wait for the common start; used only with `duration`
   int realtime_priority = 70;
   int cpu = -1;
-  std::optional<bool> keeps_awake;  ///< whether to keep the processor awake; see HapticLoopSettings
+  std::optional<bool> keeps_awake;  ///< see HapticLoopSettings::keeps_awake
   bool insists_on_realtime = false;
   bool prints_json = false;
   bool reads_commands = false;  ///< true: reads commands from stdin and writes the answers to stdout

@@ -21,13 +21,14 @@ ClientRecording recording_settings(const ClientOptions& options, const std::file
 std::filesystem::path next_recording_file(const ClientOptions& options,
                                           std::chrono::system_clock::time_point since_1970);
 LinkFigures link_figures(const ClientIoSnapshot& io, LocalTime now);
-/// Returns a line of text for the user about a recording: file, length [s], size, and data left out with the reason.
+/// Returns a line of text for the user about a recording: file, length [s], size, number of lost messages, and the
+/// recorder's last message.
 std::string recording_line(const ClientRecorder& recorder, Duration length);
 /// In      recorder  has finished
 boost::json::object recording_json(const ClientRecorder& recorder);
 
-/// Manages the recordings of one run, of which at most one is active. The option --record starts one at the beginning.
-/// The window's button starts and stops further ones.
+/// Manages the recordings of one run. At most one recording is active at a time. With the option --record, a recording
+/// starts at the beginning. The window's button starts and stops further recordings.
 ///
 /// Thread  main
 class RunRecordings {
@@ -41,7 +42,8 @@ class RunRecordings {
   void begin(const std::filesystem::path& file);
   /// Ends the current recording, if any. Blocks until the file is written; no other thread is blocked.
   void end();
-  /// Ends the current recording; without one, begins a recording in the next file. Returns a line of text for the user.
+  /// If a recording is active, ends it. Otherwise begins a recording in the file next_recording_file(). Returns a line
+  /// of text for the user.
   std::string toggle();
 
   bool is_recording() const { return is_recording_; }

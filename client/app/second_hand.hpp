@@ -1,5 +1,5 @@
 // Second hand of a user with two devices. The server treats it as another user of the room. It joins after the first
-// hand and therefore gets the next tool, for example right after left, or ligand after receptor.
+// hand and therefore gets the next tool of the scene, for example the right one after the left one.
 //
 //   separate haptic thread      separate io thread      main thread: poll()
 #pragma once

@@ -14,9 +14,9 @@ namespace tandem::client {
 /// output ends. Must be the first call in main().
 void block_stop_signals();
 
-/// Waits for one of the signals that block_stop_signals() has blocked. A second signal, at least a second after the
-/// first, ends the program at once with exit code 1. At that time the force has been ramped down, so only the main
-/// thread can still be blocked.
+/// Waits for one of the signals that block_stop_signals() has blocked. A second signal ends the program at once with
+/// exit code 1, if it arrives at least a second after the first. By then the force has been ramped down, so this end is
+/// safe; only the main thread can still be blocked.
 ///
 /// Thread  starts a thread; constructed and destroyed by the same thread
 class StopSignals {

@@ -1,4 +1,4 @@
-// See command.hpp. Parser, help and USING.md all derive from one table of the commands and their fields.
+// See command.hpp. A single table of the commands and their fields determines the parser, the help and USING.md.
 #include "client/commands/command.hpp"
 
 #include <algorithm>

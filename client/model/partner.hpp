@@ -23,7 +23,7 @@ namespace tandem::client {
 /// Model   m p'' + b p' + k p = f, I θ'' + b_r θ' + k_r θ = τ, relative to the intended pose; implicit Euler
 class GivingHand {
  public:
-  static constexpr double kMass_kg = 0.3;  ///< mass of a relaxed hand, like all constants of this class
+  static constexpr double kMass_kg = 0.3;  ///< mass of a relaxed hand; the constants below describe the same hand
   static constexpr double kStiffness_n_per_m = 200;
   static constexpr double kDamping_n_s_per_m = 8;
   static constexpr double kInertia_kg_m2 = 4e-4;

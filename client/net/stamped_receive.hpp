@@ -1,5 +1,5 @@
-// Receives datagrams with the kernel's reception time, so that a delay of the reading thread does not make old
-// datagrams appear fresh.
+// Receives datagrams with the time at which the kernel received them. So old datagrams do not appear fresh if the
+// reading thread was delayed.
 #pragma once
 
 #include <cstddef>
@@ -25,8 +25,8 @@ namespace tandem::client {
 class StampedReceiver {
  public:
   StampedReceiver() = default;
-  /// Enables kernel time stamps on `socket`, which must be empty. Where time stamps are not available, the reception
-  /// time of a datagram is the time of its reading.
+  /// Enables the kernel's time stamps on `socket`, which must be empty. If they are not available, a datagram's
+  /// reception time is the time at which it is read.
   StampedReceiver(int socket, LocalTime now) noexcept;
 
   /// Reads the next waiting datagram.
@@ -41,7 +41,7 @@ class StampedReceiver {
   Duration wall_at_empty_{0};  ///< time of the wall clock at empty_at_
 };
 
-/// Returns the age of a datagram: `waited` if it is plausible, otherwise `empty_for`.
+/// Returns the age of a datagram: `waited` if this value is plausible, otherwise the upper bound `empty_for`.
 ///
 /// In      waited          time since its stamp, by the wall clock
 ///         empty_for       time since the socket was empty, by the local clock

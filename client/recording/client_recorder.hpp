@@ -24,7 +24,7 @@ namespace tandem::client {
 
 struct ClientRecording {
   std::filesystem::path file;
-  std::uint64_t every = 1;        ///< every n-th tick is recorded
+  std::uint64_t every = 1;        ///< interval of recorded ticks: 1 records each tick, 10 every tenth tick
   Duration unix_offset{0};        ///< Unix time minus the time of this machine's monotonic clock
   wire::RecordedSession about{};  ///< description of the session; the recorder sets its fields `part` and `every`
   recording::RotationSettings rotation{};
