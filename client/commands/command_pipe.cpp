@@ -60,7 +60,7 @@ struct CommandPipe::Impl {
   mutable std::mutex mutex;  // protects all members below it
   std::condition_variable changed;
   Turn turn = Turn::kRead;
-  std::string text;  ///< in the turns kRead and kPop the current line, otherwise its answer
+  std::string text;  ///< in the turn kPop the current line, in the turn kWrite its answer
   std::string why_not_written;
   bool should_stop = false;
   LocalTime give_up{};  ///< deadline for writing the last answer; used once should_stop is set

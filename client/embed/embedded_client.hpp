@@ -4,7 +4,7 @@
 //   snapshot, ticks ◀── mailbox, ring ───── haptic   HapticLoop, 1 kHz; never waits for the program
 //   commands, events ◀── queues, eventfd ─▶ io       ClientIo
 //
-// Phases: open → join() → start() → stop(). stop() can be called in every phase, and no phase follows it.
+// Phases: open → join() → start() → stop(). stop() is possible in every phase and ends the client for good.
 #pragma once
 
 #include <atomic>
@@ -21,7 +21,7 @@
 
 namespace tandem::client::embed {
 
-/// A signal between threads: an eventfd that is readable while the signal is raised.
+/// A signal between threads, implemented by an eventfd. The eventfd is readable while the signal is raised.
 class Signal {
  public:
   /// Fails   std::system_error: no file descriptor is free
@@ -65,8 +65,8 @@ class EmbeddedClient {
   void send(Command command);
   StageSettings stage() const { return io_->snapshot().rendering.stage; }
   bool has_links() const { return has_links_; }
-  /// Returns the message that shows a position in the world to other users. If `body` is not 0, the position moves with
-  /// that body.
+  /// Returns the message with which this user points at a position in the world. If `body` is not 0, the position moves
+  /// with that body.
   /// Fails   StatusError: a body with this id does not exist
   wire::Point point_of(std::uint32_t body, const Vec3& place_W);
 
@@ -80,7 +80,7 @@ class EmbeddedClient {
   std::vector<tandem_body> bodies();
   std::vector<tandem_user> users();
   bool pop(tandem_tick& tick);
-  /// Returns the next event that has an equivalent in the C interface.
+  /// Returns the next event that the C interface can represent. Events of other kinds are skipped.
   std::optional<Event> next_event();
   /// Fails   StatusError: TANDEM_TIMED_OUT, or TANDEM_BAD_HANDLE after close()
   void wait_event(Duration timeout);
@@ -101,7 +101,7 @@ class EmbeddedClient {
   std::atomic<Phase> phase_{Phase::kOpen};
   std::mutex lifecycle_;  ///< protects the changes of phase_
   mutable std::mutex notes_mutex_;
-  std::string realtime_note_;  ///< real-time rights that the system refused
+  std::string realtime_note_;  ///< text about the real-time rights that the system refused
   std::unique_ptr<ClientIo> io_;
   std::mutex view_mutex_;           ///< serialises the readers of the view, which may have one reader only
   mutable std::mutex ticks_mutex_;  ///< serialises the readers of the ring of ticks; protects the pointer `loop_`

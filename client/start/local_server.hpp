@@ -1,5 +1,5 @@
-// A tandem-server that the window starts for a choice on the start screen, with the simulated partner and the
-// invitations.
+// A tandem-server that the window starts for a choice on the start screen. The simulated partner and the invitations
+// belong to the server.
 #pragma once
 
 #include <filesystem>
@@ -50,7 +50,7 @@ class LocalServer {
   /// Fails   as the constructor does, if the partner cannot be started
   State poll();
   State state() const { return state_; }
-  /// Returns the last line of the server: its progress while it prepares, or the reason if it failed.
+  /// Returns the last line that the server has printed: its progress while it prepares, or the reason if it failed.
   const std::string& news() const { return news_; }
   /// Returns the address and, for a hosted server, the invitation for this program. Valid when ready.
   const JoinTarget& target() const { return target_; }

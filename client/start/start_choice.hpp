@@ -40,8 +40,8 @@ bool is_utf8(std::string_view text);
 /// Returns a title for the user, e.g. "A crate for two" or "part.stl".
 std::string title_of(const StartChoice& choice);
 
-/// Returns the reason why the choice cannot be opened, with the remedy; empty if it can. Reasons: a file that is
-/// missing, unreadable or of an unsupported format, or a text that is no invitation.
+/// Returns the reason why the choice cannot be opened, with the remedy; empty if it can be opened. Possible reasons: a
+/// file is missing, unreadable or of an unsupported format, or the pasted text is no invitation.
 std::string problem_of(const StartChoice& choice);
 
 /// Returns `choice` with a file that the user has dropped or typed: a scene, a mesh, or the next of two structures.
@@ -54,7 +54,8 @@ std::string mesh_scene(const StartChoice& choice);
 /// Returns the hand path of the simulated partner in a shipped scene that is not hosted; empty: no partner.
 std::string_view partner_of(const StartChoice& choice);
 
-/// Returns the options of tandem-server for a choice. In a scene with a partner, the hands start together.
+/// Returns the options of tandem-server for a choice. In a scene with a simulated partner, one option makes the server
+/// start the hands of user and partner at a common time.
 /// In      scene_file  file with the text of mesh_scene(); used only for a mesh
 std::vector<std::string> server_arguments(const StartChoice& choice, const std::filesystem::path& scene_file);
 

@@ -29,10 +29,10 @@ class StartFlow {
   const std::string& problem() const { return problem_; }
   /// Returns the progress of the server while it prepares.
   const std::string& progress() const;
-  /// Returns the title of the choice that is being opened.
+  /// Returns the title of the choice that is being opened or is in session.
   std::string title() const { return title_of(opened_); }
 
-  /// Opens a choice, unless problem_of() reports a problem. Its field is_hosted selects whether other users may join.
+  /// Opens a choice, unless problem_of() reports a problem. If StartChoice::is_hosted is true, other users may join.
   void open(StartChoice choice);
   /// Enters a dropped file into the form. Opens it if it is a mesh, a scene, or the second of two structures.
   void drop(const std::filesystem::path& file);
