@@ -61,7 +61,7 @@ std::vector<std::string> server_arguments(const StartChoice& choice, const std::
 
 /// Server to join, from an invitation or an address that the user has pasted.
 struct JoinTarget {
-  std::optional<proto::Invitation> invitation;  ///< none: an address on this machine, without encryption
+  std::optional<proto::Invitation> invitation;  ///< empty: an address on this machine, joined without encryption
   std::string address;                          ///< address of the server, ADDRESS:PORT
 };
 /// Parses an invitation, a whole line that contains one, or an address of this machine.

@@ -58,7 +58,7 @@ class StartFlow {
   State state_ = State::kChoosing;
   std::string problem_;
   JoinTarget target_;
-  std::unique_ptr<LocalServer> server_;  ///< local server; null if none is needed or nothing is open
+  std::unique_ptr<LocalServer> server_;  ///< server of the open choice; null if none is needed or nothing is open
 };
 
 }  // namespace tandem::client

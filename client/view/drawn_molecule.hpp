@@ -53,10 +53,10 @@ Rgba chain_color(std::size_t chain);
 /// Returns the number of different chain names.
 std::size_t chain_count(const docking::Molecule& molecule);
 
-/// Appends a ball with the van der Waals radius for each atom. Above a quarter of a million atoms, a ball represents
+/// Appends a ball with the van der Waals radius for each atom. Above a quarter of a million atoms, each ball represents
 /// several consecutive atoms and has their total volume.
 /// In      colors  one for each atom
-///         stop    after a stop request nothing more is appended; the same holds for the functions below
+///         stop    once a stop is requested, nothing more is appended; the functions below have the same parameter
 void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
                   std::span<const Rgba> colors, const std::stop_token& stop = {});
 
@@ -67,7 +67,8 @@ void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metr
 void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
                    std::span<const Rgba> colors, const std::stop_token& stop = {});
 
-/// Returns the radius of the atom's element, which is found by name, otherwise by mass.
+/// Returns the van der Waals radius of an atom. The element is found by the atom's name, or by its mass if the name is
+/// unknown.
 double van_der_waals_radius_angstrom(const docking::Molecule& molecule, std::size_t atom);
 
 }  // namespace tandem::client

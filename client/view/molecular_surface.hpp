@@ -12,8 +12,9 @@ namespace tandem::client {
 
 inline constexpr std::size_t kMaxSurfaceTriangles = 1'000'000;
 
-/// Appends a smooth closed surface around the atoms, approximately at their van der Waals radii. A vertex has the
-/// colour of the nearest atom, with distances relative to the atoms' radii. Between two atoms, colours are mixed.
+/// Appends a smooth closed surface around the atoms, approximately at their van der Waals radii. Each vertex has the
+/// colour of its nearest atom, where distances are relative to the atoms' radii. Between two atoms, the colours are
+/// mixed.
 ///
 /// Model    Surface: F(x) = Σ exp(B (1 − |x − c|²/r²)) = 1, summed over atoms with centre c and radius r. For an isolated
 ///          atom it is a sphere. B = 1.2; it is smaller for atoms narrower than a grid cell, so that neighbouring atoms

@@ -1,5 +1,5 @@
-// The guided first minute: steps from the first touch to the comparison of two stages under delay. A step is recognised
-// as done from the state of the session. No display and no clock are needed.
+// The guided first minute: a sequence of tasks (steps) for a new user, from the first touch to the comparison of two
+// stages under delay. The state of the session shows when a task is done. No display and no clock are needed.
 #pragma once
 
 #include <array>
@@ -16,9 +16,10 @@ namespace tandem::client {
 /// Name of the shipped scene in which the guide takes place.
 inline constexpr std::string_view kGuideScene = "crate";
 
-/// Steps in their order.
+/// Steps of the guide, in their order. kTouch: touch the crate; kFeel: feel the delay; kHold: select the stage "hold";
+/// kCompare: feel that stage; kBack: return to the first settings.
 enum class GuideStep : std::uint8_t { kTouch, kGrasp, kLift, kDelay, kFeel, kHold, kCompare, kBack, kEnd };
-/// Names in the window's memory, indexed by GuideStep.
+/// Names of the steps in the stored settings of the window, indexed by GuideStep.
 inline constexpr std::array<const char*, 9> kGuideStepNames{"touch", "grasp",   "lift", "delay", "feel",
                                                             "hold",  "compare", "back", "end"};
 /// Number of steps with a task; kEnd has none.
@@ -32,7 +33,7 @@ struct GuideProgress {
   bool operator==(const GuideProgress&) const = default;
 };
 
-/// Values from which a step is recognised.
+/// State of the session from which the guide recognises that the user has completed a step.
 struct GuideState {
   double force_n = 0;  ///< displayed force on the hand [N]
   bool is_holding = false;
@@ -41,15 +42,15 @@ struct GuideState {
   std::string_view stage = {};  ///< name of the active stage; must outlive the call that receives it
 };
 
-/// Leads through the steps. A step whose condition is lost for kPatience leads back to the step before it: lifting
-/// requires a held body, for instance.
+/// Leads the user through the steps. Some steps have a precondition; lifting, for instance, requires a held body. If
+/// the precondition is lost for kPatience, the guide returns to the step before.
 ///
 /// Thread  the window's
 class Guide {
  public:
-  static constexpr double kTouchForce_n = 0.3;  ///< above forces of free motion
+  static constexpr double kTouchForce_n = 0.3;  ///< above the forces of free motion
   static constexpr double kLift_m = 0.02;
-  static constexpr double kStroke_m = 0.1;  ///< path of the tool that counts as having felt something
+  static constexpr double kStroke_m = 0.1;  ///< path length of the tool after which a step of feeling counts as done
   static constexpr Duration kMinDelay{std::chrono::milliseconds(150)};  ///< tolerance for a slider set to 200 ms
   static constexpr Duration kMaxSmallDelay{std::chrono::milliseconds(20)};
   static constexpr Duration kPatience{std::chrono::seconds(1)};
@@ -62,10 +63,10 @@ class Guide {
   bool is_on() const { return progress_.is_on; }
   /// Begins with the first step.
   void begin();
-  /// Shows the guide again at the step at which it was ended. Begins anew if that was the last one.
+  /// Shows the guide again, at the step at which it was ended. If that was the last step, begins with the first.
   void resume();
   void end() { progress_.is_on = false; }
-  /// Goes to the next step that is possible in the last state.
+  /// Continues with the next step that is possible in the last state.
   void skip();
   /// Evaluates the state of a frame. Does nothing while the guide is off.
   void follow(const GuideState& state, LocalTime now);
@@ -78,7 +79,7 @@ class Guide {
 
   GuideProgress progress_;
   GuideState last_;
-  std::optional<double> grasp_height_m_;  ///< height of the tool when the body was grabbed
+  std::optional<double> grasp_height_m_;  ///< height of the tool when it grabbed the body
   double stroke_m_ = 0;                   ///< path of the tool with a force or a body in the hand, in this step
   bool has_state_ = false;
   std::optional<LocalTime> done_since_;

@@ -9,7 +9,7 @@
 namespace tandem::client {
 namespace {
 
-/// Above the largest van der Waals radius.
+/// Upper limit of the van der Waals radii, for the search.
 constexpr double kMaxRadiusAngstrom = 3.5;
 
 /// Finds the nearest ball on a ray. All lengths are in Å, in the frame of the molecule.
