@@ -124,8 +124,8 @@ void append_ball(DrawnMesh& out, const DrawnMesh& unit, const Vec3& centre_m, do
   }
 }
 
-/// Returns the bonded pairs of atoms. Atoms are sorted into cells of the longest bond length, so that the cost is
-/// linear.
+/// Returns the bonded pairs of atoms. So that the cost is linear, atoms are sorted into cells whose edge is the longest
+/// bond length, and only atoms of neighbouring cells are compared.
 std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecule& molecule,
                                                           const std::stop_token& stop) {
   using Cell = std::array<int, 3>;

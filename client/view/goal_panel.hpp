@@ -46,6 +46,7 @@ struct GoalOutline {
 /// Returns the lines and ghosts that show the open goals:
 /// * region: a box by its twelve edges, a sphere by three circles, a cylinder by its two ends and four edges
 /// * figure: lines in the xy plane of the world
+/// * target pose of a body: a ghost of the body
 /// In      pose_of  pose of the body with this index
 GoalOutline outline_of(const wire::Scene& scene, const wire::GameState& state,
                        const std::function<Pose(std::size_t body)>& pose_of);

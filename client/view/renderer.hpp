@@ -24,8 +24,10 @@ struct DrawnThing {
   bool is_mark = false;   ///< true: drawn in front of all objects and without a shadow
 };
 
-/// kFull: multisampled edges and soft shadows. kFast, for rendering without a graphics card: one sample per pixel, a
-/// smaller shadow map that is sampled once, and a display gamma of 2 instead of 2.2, which needs no logarithm.
+/// Quality of the rendering.
+/// * kFull: multisampled edges and soft shadows.
+/// * kFast: for rendering without a graphics card. One sample per pixel, a smaller shadow map that is sampled once, and
+///   a display gamma of 2 instead of 2.2, which needs no logarithm.
 enum class RenderQuality : std::uint8_t { kFull, kFast };
 
 struct DrawnFrame {

@@ -16,8 +16,11 @@ namespace tandem::client {
 /// Name of the shipped scene in which the guide takes place.
 inline constexpr std::string_view kGuideScene = "crate";
 
-/// Steps of the guide, in their order. kTouch: touch the crate; kFeel: feel the delay; kHold: select the stage "hold";
-/// kCompare: feel that stage; kBack: return to the first settings.
+/// Steps of the guide, in their order:
+/// * kTouch, kGrasp, kLift: touch the crate, grab it, lift it together with the partner
+/// * kDelay, kFeel: add a delay, and feel its effect
+/// * kHold, kCompare: select the stage "hold", and feel the difference
+/// * kBack: restore stage and delay; kEnd: the guide is finished
 enum class GuideStep : std::uint8_t { kTouch, kGrasp, kLift, kDelay, kFeel, kHold, kCompare, kBack, kEnd };
 /// Names of the steps in the stored settings of the window, indexed by GuideStep.
 inline constexpr std::array<const char*, 9> kGuideStepNames{"touch", "grasp",   "lift", "delay", "feel",

@@ -33,8 +33,9 @@ class Screen {
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
-  /// Waits until the next frame is due: at most 60 frames a second. Without a graphics card at most 30, with a pause
-  /// after each frame that is as long as the frame took, up to 80 ms. Receives input and begins a frame of Dear ImGui.
+  /// Waits until the next frame is due, receives input, and begins a frame of Dear ImGui. The frame rate is at most
+  /// 60 Hz. Without a graphics card it is at most 30 Hz, and each frame is followed by a pause that is as long as the
+  /// frame took, up to 80 ms.
   void begin_frame();
   /// Draws the panels of Dear ImGui, saves a requested picture, and displays the frame.
   void end_frame();
@@ -58,7 +59,8 @@ class Screen {
   void toggle_full_screen();
   /// Requests that the next frame is also written to a PNG file. If writing fails, end_frame() throws
   /// std::runtime_error.
-  /// In      is_scene_only  true: only the part that was drawn by OpenGL before end_frame(), without texts and panels
+  /// In      is_scene_only  true: the file shows only what OpenGL has drawn before end_frame(), without texts and
+  ///         panels
   void save_next_frame(const std::filesystem::path& file, bool is_scene_only);
 
  private:

@@ -8,7 +8,7 @@
 
 namespace tandem::client {
 
-/// Plays short sounds for the events of a session, which it finds in the ticks and frames.
+/// Plays short sounds for the events of a session. The events are found in the ticks and frames.
 ///
 /// Thread  the one that runs the window
 class WindowSounds {
@@ -24,7 +24,7 @@ class WindowSounds {
 
  private:
   SoundEvents events_;
-  double force_n_ = 0;  ///< largest since the last frame
+  double force_n_ = 0;  ///< largest displayed force since the last frame [N]
   SoundPlayer player_;
 };
 
