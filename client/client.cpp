@@ -116,8 +116,8 @@ void Client::begin_rendering() {
                      generation = session_.scene_generation(), stop = call_off_making_.get_token(),
                      at_point = settings_.at_point_of_making, joined = *session_.joined(), assets = session_.assets(),
                      shapes = shapes_]() mutable {
-    // A new thread inherits the real-time priority of its creator. At that priority, a build of up to a second would
-    // block the io thread.
+    // A new thread inherits the real-time priority of its creator, the io thread. A build takes up to a second, and at
+    // this priority it would block the io thread. So the priority is dropped.
     if (is_aside) realtime::drop_realtime();
     const CallOffScope scope(stop, at_point);
     auto made = std::make_unique<Made>();

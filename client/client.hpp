@@ -51,12 +51,13 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Returns the core. The caller must call the core's tick() every millisecond; Client::poll() calls its service().
+  /// Returns the haptic core. The caller must call tick() of the core every millisecond. Client::poll() calls service()
+  /// of the core.
   /// Thread  haptic
   HapticCore& haptics() { return core_; }
   const HapticCore& haptics() const { return core_; }
-  /// Returns the session. The transport must call its on_… functions, and Client::poll() calls its poll(). The callback
-  /// on_assets is reserved for the client.
+  /// Returns the session. The transport must call the session's on_… functions. Client::poll() calls poll() of the
+  /// session. The callback on_assets of the session is used by this class, so it must not be set.
   /// Thread  io
   ClientSession& session() { return session_; }
   const ClientSession& session() const { return session_; }

@@ -13,8 +13,8 @@
 // thread. The haptic thread ends by itself after the duration, or when the signal thread stops it. In both cases it
 // ramps the force down.
 //
-// The haptic thread starts when the room is joined, so that time zero is the same for the hand's path and the session.
-// It stops first, so that the session is still open while the force is ramped down.
+// The haptic thread starts when the room is joined. So the hand's path and the session have the same time zero. At the
+// end of a run, the haptic thread stops first, because the session must still be open while the force is ramped down.
 #pragma once
 
 #include <string>

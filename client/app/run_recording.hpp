@@ -16,8 +16,8 @@
 namespace tandem::client {
 
 ClientRecording recording_settings(const ClientOptions& options, const std::filesystem::path& file);
-/// Returns the absolute path for a recording that the window starts: tandem-TIME.mcap, with the time in UTC. Its folder
-/// is that of the --record file, or without --record the working directory.
+/// Returns the absolute path of the file for a recording that is started in the window: tandem-TIME.mcap, with the time
+/// in UTC. The folder is that of the --record file; without the option --record it is the working directory.
 std::filesystem::path next_recording_file(const ClientOptions& options,
                                           std::chrono::system_clock::time_point since_1970);
 LinkFigures link_figures(const ClientIoSnapshot& io, LocalTime now);

@@ -77,7 +77,7 @@ class RunReport {
   /// In      phase  index into the names of the phases; −1 for none
   void add(const TickRecord& record, int phase);
   bool is_silent() const { return is_silent_; }
-  /// Sets the reason of the current silence; later calls during one silence have no effect.
+  /// Sets the reason of the current silence. Only the first call during a silence has an effect.
   void explain_silence(const std::string& why);
 
   /// Returns a description of the device's sample (describe()) if the device's state has changed since the last report,

@@ -14,8 +14,8 @@
 
 namespace tandem::client {
 
-/// Selects the body that a run watches: the body that the user's tool holds at the start, otherwise the first graspable
-/// body. Returns an invalid id if there is neither.
+/// Returns the body that a run watches. It is the body that the user's tool holds at the start. If the tool holds none,
+/// it is the first graspable body; if there is none, the id is invalid.
 BodyId watched_body(const wire::Joined& joined);
 /// Returns the server's notes about problems in the scene's files, limited in number and printable on a terminal.
 std::vector<std::string> shown_notes(const wire::Joined& joined);

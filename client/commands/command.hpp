@@ -13,7 +13,7 @@ namespace tandem::client {
 /// Maximum length of a line [bytes]. Longer lines are refused.
 inline constexpr std::size_t kMaxCommandBytes = 1024;
 
-/// A parsed line. Its command exists, and its fields are within their ranges.
+/// A parsed line. The command is known to exist, and the fields are known to be within their ranges.
 struct CommandLine {
   std::string verb;
   std::vector<std::string> texts;  ///< text fields, in the order of the command's usage

@@ -31,7 +31,8 @@ constexpr Duration kReadyFor = std::chrono::milliseconds(300);
 constexpr Duration kMaxReadyWait = std::chrono::seconds(5);
 constexpr Duration kMaxMove = std::chrono::seconds(60);
 constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // time-out of a grab, as in the window
-// Shortest time for which a button is pressed: long enough that at least one datagram with the press arrives.
+// Shortest time for which a button is pressed. It is long enough that at least one datagram contains the pressed
+// button, even if datagrams are lost.
 constexpr Duration kPress = std::chrono::milliseconds(100);
 
 /// The remaining work of a command. It is called at each poll until it returns the fields of the answer. If it throws,

@@ -1,4 +1,5 @@
-// A hand that commands move: it moves the pointer of the device "mouse", as the window's mouse does in other runs.
+// A hand that is moved by commands. It moves the pointer of the device "mouse", which the window's mouse moves in runs
+// without commands.
 #pragma once
 
 #include <memory>

@@ -50,8 +50,9 @@ Struct read_struct(const Struct* given, const char* name) {
   return known;
 }
 
-/// Writes a result to element `index` of the program's array, whose elements have `size` bytes. Fields that the
-/// program's version lacks are omitted; fields that this version lacks are set to zero. struct_size is preserved.
+/// Writes a result to element `index` of the program's array, whose elements have `size` bytes. Fields that only this
+/// version of the library has are omitted. Fields that only the program's version has are set to zero. The field
+/// struct_size is not changed.
 template <class Struct>
 void write_struct(Struct result, Struct* to, std::uint32_t size, std::size_t index = 0) {
   result.struct_size = size;
@@ -79,8 +80,8 @@ inline std::string checked_text(const char* text, const char* name) {
   return text;
 }
 
-/// Copies a text and a final 0 into a buffer of at least one byte. A text that is too long is cut between two UTF-8
-/// characters.
+/// Copies a text and a final 0 into a buffer of at least one byte. A text that does not fit is cut at the start of a
+/// UTF-8 character.
 inline void cut_text(std::string_view text, std::span<char> to) {
   std::size_t length = std::min(text.size(), to.size() - 1);
   while (length > 0 && length < text.size() && (static_cast<unsigned char>(text[length]) & 0xc0U) == 0x80U) --length;

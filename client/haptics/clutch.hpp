@@ -14,10 +14,10 @@ namespace tandem::client {
 /// Converts a handle state without the clutch (raw) to the handle state that the tool follows; both are in the world.
 /// The clutch changes only the motion. The safety chain controls the force.
 ///
-/// Model   p_WH = p_raw + o,  R_WH = R_raw O. The offsets o and O are set at the release of the clutch, so that X_WH
-///         does not jump. While the clutch is pressed, X_WH is frozen and V_WH is zero.
-///         The rotation offset O is the right factor, so that a rotation of the hand about a world axis rotates the
-///         tool about the same axis: w_WH = w_raw.
+/// Model   p_WH = p_raw + o,  R_WH = R_raw O
+///         o, O  offsets of position and rotation, set at the release of the clutch so that X_WH does not jump
+///         While the clutch is pressed, X_WH is frozen and V_WH is zero. O is the right factor, so that a rotation of the
+///         hand about a world axis rotates the tool about the same axis: w_WH = w_raw.
 /// Thread  haptic
 class Clutch {
  public:

@@ -1,5 +1,5 @@
-// Checks whether a scene's coupling is stable on this client's device. The check is fast enough for the io thread. The
-// explanation of its result is slow and needs a thread that may block.
+// Checks whether a scene's coupling is stable on this client's device. The check is fast enough for the io thread. A
+// separate function explains the result and searches for remedies; it is slow and needs a thread that may block.
 #pragma once
 
 #include <array>

@@ -26,7 +26,8 @@ class ForceOutput {
 
   /// Ends a period with the handle at `X_DH`, and sums the work of the wrench that was displayed during the period.
   void move_to(const Pose& X_DH) noexcept { work_.move_to(X_DH); }
-  /// Must be called if the handle's pose is unknown. Its motion up to the next move_to() then adds no work.
+  /// Must be called if the handle's pose is unknown. The motion of the handle until the next move_to() then adds no
+  /// work.
   void lose_pose() noexcept { work_.lose_pose(); }
 
   /// Displays the scene's wrench plus `own_on_hand_D`, the client's own force (border and nudge).

@@ -29,8 +29,8 @@ void HandInput::read(LocalTime now) noexcept {
   sample_ = sample;
 }
 
-// Returns the larger of two speeds: the speed reported by the device, which may lag because of a filter, and the speed
-// between two samples, which detects a jump as well.
+// Returns the speed of the handle: the larger one of two values. The speed reported by the device may lag because of a
+// filter. The speed between two samples detects a jump at once.
 double HandInput::speed_to(const devices::DeviceSample& sample) const noexcept {
   if (!sample.is_valid) return 0;
   const double reported_m_per_s = sample.V_DH.v.norm();

@@ -23,8 +23,8 @@ struct HandConditions {
 /// Reads the device and computes the handle's motion in the world.
 ///
 /// Invariants  While samples are invalid, handle_W() and path_W() keep their last values. While is_clutched(), both are
-///             frozen. A requested mapping is applied only while no force is displayed and is_clutched() is true, so
-///             that neither force nor tool jumps.
+///             frozen. A requested mapping is applied only while no force is displayed and is_clutched() is true. So
+///             neither the force nor the tool jumps
 /// Thread      haptic: no allocation, no throw
 class HandInput {
  public:

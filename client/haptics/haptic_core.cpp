@@ -223,9 +223,9 @@ haptics::SafetyInput HapticCore::safety_conditions() const noexcept {
   return input;
 }
 
-// Integrates the work that is reported to the server: the work of the requested wrench along the path of the clutched
-// handle. While the clutch is pressed, this path is frozen and adds no work. If the user drives a tool but no force is
-// displayed, the server's wrench counts as the requested wrench.
+// Integrates the work that is reported to the server. It is the work of the requested wrench (before the safety chain)
+// along the path of the handle with clutch. While the clutch is pressed, this path is frozen and adds no work. If the
+// user drives a tool but no force is displayed, the server's wrench counts as the requested wrench.
 void HapticCore::sum_requested_work(const Wrench& controlled_on_hand_W) noexcept {
   // Clamps of force and torque, far above those of any coupling. They bound the work of one tick, so that the sum stays
   // within the range of the protocol.

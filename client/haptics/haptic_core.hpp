@@ -1,6 +1,6 @@
 // One haptic tick, from device sample to device command. The live loop (haptic_loop.hpp) and the lab call the same
-// tick(); the caller supplies thread and time. A tick calls the following parts in order. None of the parts refers to
-// the core:
+// function tick(). The caller supplies the thread and the time. A tick calls the parts below in this order; no part
+// depends on the core:
 //
 //   1 read the newest scene and server state               SceneInbox
 //   2 read the device once                                 HandInput

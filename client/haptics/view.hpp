@@ -1,5 +1,5 @@
-// Data for a window, sent by the haptic thread through one newest-wins mailbox, so that a stalled window does not delay
-// the haptic loop.
+// Data for a window. The haptic thread sends them through a mailbox that keeps only the newest value, so a stalled
+// window does not delay the haptic loop.
 //
 //   haptic thread  receive() each new state, write() every kViewEvery ticks ──▶ mailbox ──▶ window thread  newest()
 #pragma once

@@ -72,7 +72,7 @@ struct LocalModelInput {
   const HapticScene* scene = nullptr;  ///< contains the scene's coupling and the bounds for the users' devices
 };
 
-/// The client's predicted copy of one scene, see the top of this file.
+/// The client's predicted copy of one scene, as described at the top of this file.
 ///
 /// Thread  construction: any; then haptic only: no allocation, no throw
 class LocalModel {

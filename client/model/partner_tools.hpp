@@ -13,8 +13,8 @@
 
 namespace tandem::client {
 
-/// Activates a tool in `world` with its state from a second model. If `state` contains a held body, the tool holds the
-/// same body in `world`, at the tool's pose in `state`.
+/// Activates a tool in `world`, with the state that this tool has in a second model. If the tool holds a body in
+/// `state`, it holds the same body in `world`, with the tool's pose in `state`.
 void set_tool_state(physics::World& world, std::size_t tool, const physics::ToolState& state) noexcept;
 
 /// Partners (other users) and their tools.

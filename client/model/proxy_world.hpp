@@ -71,8 +71,8 @@ class ProxyWorld {
   std::string note_;
 };
 
-/// Checks whether this scene can be rendered with a ball, from the law and from the kinds and number of shapes. Returns
-/// an empty text if it can, otherwise the reason and the stage to use instead.
+/// Checks whether this scene can be rendered with a ball. This depends on the coupling law, and on the kinds and number
+/// of shapes. Returns an empty text if it can, otherwise the reason and the stage to use instead.
 std::string proxy_problem(const wire::Joined& joined);
 
 }  // namespace tandem::client

@@ -1,5 +1,6 @@
-// Reconciliation at matched inputs: a received server state answers an input that is one round trip old. Its difference
-// from the model's state at that input is the model's error, independent of the delay. The error is removed gradually.
+// Reconciliation of model and server at the same input. A received server state answers an input that is one round trip
+// old. This state is compared with the model's state at the same input. The difference is the model's error and does
+// not depend on the delay. The error is removed gradually.
 #pragma once
 
 #include "common/base/spatial.hpp"

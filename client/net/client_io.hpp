@@ -1,5 +1,5 @@
-// A live client: the sockets, the io thread, and the Client that they drive. The haptic thread (haptic_loop.hpp) ticks
-// that Client. The two threads share only its mailboxes.
+// A live client: the sockets, the io thread, and the Client that they drive. The haptic thread (haptic_loop.hpp) calls
+// tick() of the same Client. The two threads share only the mailboxes of the Client.
 //
 //   haptic thread                        io thread (this file)
 //   haptics().tick(), notify() ──eventfd▶ Client::poll(): encode, send

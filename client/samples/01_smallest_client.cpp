@@ -41,9 +41,9 @@ bool run(std::uint16_t port) {
                             devices::named_hand_path("peg-left"), /*seed=*/1);
 
   // ClientIo is the client (client/client.hpp) with its sockets and io thread. It joins the server's only room as a
-  // manipulator, and rejoins automatically after a lost connection. A program with users would set session.room and
-  // session.role. The stage "late-pose" is used because it needs no assets. Force limits come from the device's spec; a
-  // server cannot raise them.
+  // manipulator, and rejoins automatically after a lost connection. Other programs may set session.room and
+  // session.role. This sample uses the stage "late-pose", because it needs no assets. Force limits come from the
+  // device's spec, and a server cannot raise them.
   client::ClientIoSettings settings;
   settings.port = port;
   settings.client.session.user_name = "smallest";

@@ -47,8 +47,9 @@ class AssetFetcher {
   /// Drops all look-ups if the store has not answered for kStoreTimeout.
   void check_store(LocalTime now);
 
-  /// Sets the list of assets to fetch from the server, in this order. Assets that are already available are skipped.
-  /// Returns one line of text for each asset that is omitted because of a malformed hash or the memory limit.
+  /// Sets the list of assets to fetch from the server, in the order of fetching. Assets that are available already are
+  /// skipped. Returns one line of text for each asset that is omitted because its hash is malformed or the memory limit
+  /// is reached.
   std::vector<std::string> begin(const AssetInfos& wanted);
   /// Must be called for a new connection: pieces that were requested but not received are requested again.
   void reconnect();

@@ -11,8 +11,8 @@
 
 namespace tandem::client {
 
-/// Stores the credentials and adds them to join messages. They are sent only over an encrypted connection, because an
-/// eavesdropper could use them.
+/// Stores the credentials of a session and adds them to join messages. Credentials are added only on an encrypted
+/// connection, because an eavesdropper could use them.
 ///
 /// Thread  io
 class Credentials {

@@ -41,8 +41,8 @@ class JoinedScene {
   void set_nudges(bool has_nudges) { has_nudges_ = has_nudges; }
   /// Sets the common start time of the room's hands. Returns false and changes nothing if the message is invalid.
   bool set_start(const wire::RoomStart& start);
-  /// Sets the body that this user's tool holds according to the server. The coupling is then checked again, because its
-  /// stability depends on the held body.
+  /// Sets the body that this user's tool holds at the server. The coupling is then checked again, because its stability
+  /// depends on the mass of the held body.
   void hold(BodyId body, LocalTime now);
   /// Notes the pose of the tool relative to the held body.
   void note_grip(const proto::ServerUpdate& update, LocalTime now) {

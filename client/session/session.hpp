@@ -95,8 +95,8 @@ struct SessionSettings {
   bool may_reconnect = true;               ///< whether to reconnect if the connection is lost after a join
   std::vector<std::string> asset_kinds{};  ///< kinds of assets to fetch (proto/WIRE.md); others are not fetched
   bool wants_soft_shapes = false;          ///< whether to receive the shapes of soft bodies, for a window
-  /// Kinds of assets that are used for drawing only. The smallest "drawing" of each surface is fetched before all
-  /// asset_kinds, the other drawings after them.
+  /// Kinds of assets that are used only for drawing. Of each surface, the smallest asset of the kind "drawing" is
+  /// fetched first, before the asset_kinds. The remaining drawings are fetched after the asset_kinds.
   std::vector<std::string> drawn_asset_kinds{};
   /// True: a piece is requested only after the answer to the previous one; for comparisons in the lab
   bool fetches_one_at_a_time = false;
@@ -195,9 +195,10 @@ class ClientSession final : public TransportListener {
   std::shared_ptr<const Credentials> credentials_beside() const;
   /// Returns the other users in the room.
   const std::vector<wire::UserJoined>& users() const;
-  /// Returns the verified bytes of the scene's assets, indexed by their SHA-256. Complete and partial assets are kept
-  /// after a reconnect. Assets are fetched in the background, at a rate that does not delay state updates
-  /// (common/net/fetch_rate.hpp). Coarse replacements of large assets are fetched first (AssetInfo.coarse_of).
+  /// Returns the verified bytes of the scene's assets, indexed by their SHA-256. Assets are fetched in the background,
+  /// at a rate that does not delay state updates (common/net/fetch_rate.hpp). Coarse replacements of large assets are
+  /// fetched first (AssetInfo.coarse_of). After a reconnect, all received assets are kept, even if they are not
+  /// complete.
   const AssetMap& assets() const;
   net::ClockSync& clock_sync();
   const SessionCounters& counters() const;

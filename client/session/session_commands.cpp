@@ -1,4 +1,5 @@
-// Performs the commands that do more than send a request (command.hpp). Each sends at most one request to the server.
+// Performs those commands that need more than a request to the server (command.hpp). Each of these functions sends at
+// most one request.
 #include <utility>
 
 #include "client/session/session_impl.hpp"

@@ -89,8 +89,8 @@ void StateStream::send_newest(const haptics::CouplingParameters& coupling, bool 
     };
     if (channel_->admits(now, !is_urgent(), changed)) send(newest_, is_blocked, now, deliver);
   } else if (now - channel_->last_sent() >= settings_.keep_alive) {
-    // The last update is sent again, so that during a short stall the server neither releases the held body nor misses
-    // the energy sums. The handle is marked invalid, because its current pose is not known.
+    // Sends the last update again during a stall of the haptic thread. So in a short stall the server does not release
+    // the held body, and receives the energy sums. The handle is marked invalid, because its current pose is not known.
     proto::ClientUpdate alive = newest_;
     alive.handle_valid = false;
     if (now - newest_taken_ > settings_.buttons_kept) alive.buttons = 0;

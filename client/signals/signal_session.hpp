@@ -39,10 +39,10 @@ struct SignalSessionSettings {
 };
 
 /// Sends the newest value of each signal:
-/// * A value that cannot be sent at once is replaced by a newer one of the same name. Its waiting time is added to its
-///   age.
+/// * A value that cannot be sent at once waits. A newer value of the same signal replaces it. The waiting time is added to
+///   the age of the value.
 /// * A lost connection is restored automatically. Values whose arrival is not confirmed are then sent again.
-/// * The answer to a ping confirms all values sent before the ping.
+/// * The answer to a ping confirms all values that were sent before the ping.
 ///
 /// Limits  kMaxNames names; at most kRate values are sent, below the limit of the server
 /// Thread  any, one at a time

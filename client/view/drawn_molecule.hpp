@@ -60,9 +60,9 @@ std::size_t chain_count(const docking::Molecule& molecule);
 void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
                   std::span<const Rgba> colors, const std::stop_token& stop = {});
 
-/// Appends a small ball for each atom, and a stick in the colours of both atoms for each bond. Two atoms are bonded if
-/// their distance is below the sum of their covalent radii plus 0.4 Å. Above a quarter of a million atoms, the result
-/// is that of append_balls().
+/// Appends a small ball for each atom, and a stick for each bond. A stick has the colours of its two atoms. Two atoms
+/// are bonded if their distance is below the sum of their covalent radii plus 0.4 Å. Above a quarter of a million
+/// atoms, draws the molecule like append_balls().
 /// Source  radii: Cordero et al., Dalton Trans. 2832 (2008)
 void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
                    std::span<const Rgba> colors, const std::stop_token& stop = {});

@@ -64,7 +64,8 @@ DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, 
 /// In      offsets_W  one for each point of proto::soft_lattice()
 DrawnMesh drawn_soft(const DrawnBody& body, std::span<const Vec3> offsets_W);
 
-/// Returns the first body that a ray hits: its index, and the hit point in its frame. Returns nothing without a hit.
+/// Returns the first body that a ray hits: the index of the body, and the hit point in the body's frame. Returns
+/// nothing if the ray hits no body.
 /// In      X_WB  one for each body
 std::optional<std::pair<std::size_t, Vec3>> first_hit(const DrawnScene& scene, std::span<const Pose> X_WB,
                                                       const Vec3& from_W, const Vec3& along_W);

@@ -17,8 +17,8 @@ constexpr double kCoarsening = 1.3;
 constexpr double kMinWidth = 0.8;
 /// Contributions of an atom to F are neglected where they are below this fraction of 1 (the surface is at F = 1).
 constexpr double kNegligible = 0.01;
-/// Smallest distance of a vertex from the faces of its cell, as a fraction of the cell, so that no two vertices
-/// coincide.
+/// Smallest distance of a vertex from the faces of its cell, as a fraction of the cell's edge. It keeps the vertices of
+/// neighbouring cells apart.
 constexpr double kFaceMargin = 0.02;
 constexpr int kNewtonSteps = 3;
 
@@ -125,7 +125,8 @@ void Block::fill(const Index3& block, const std::vector<Blob>& blobs, const std:
   for (const std::uint32_t atom : atoms) add(blobs[atom]);
 }
 
-/// Adds a Gaussian to the grid. It is a product of one factor for each axis, which saves exponentials.
+/// Adds the Gaussian of an atom to the values of the grid. The Gaussian is a product of one factor for each axis, so
+/// few exponentials must be computed.
 void Block::add(const Blob& blob) {
   std::array<std::array<double, kPoints>, 3> factors{};
   Index3 first{}, last{};

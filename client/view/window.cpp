@@ -285,7 +285,7 @@ void Window::Impl::follow_molecules(const View* view, const ClientIoSnapshot& io
   scene->add_selection(view, molecules.selection(), molecules.distance());
 }
 
-/// Points at the object under the mouse; if there is none, at the user's tool.
+/// Points, for the other users, at the object under the mouse. If there is no object, points at the user's tool.
 void Window::Impl::point(const View* view) {
   if (!std::exchange(is_pointing_requested, false) || settings.client == nullptr) return;
   const auto [from_W, along_W] = mouse_ray();

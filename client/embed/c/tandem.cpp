@@ -47,8 +47,8 @@ void close_all(int /*exit_code*/, void* all) {
 // library while the program exits.
 Tables& tables() {
   static Tables* const tables = [] {
-    // Exit handlers run in reverse order of registration. OpenSSL registers one at its first use. It must run after
-    // close_all(), so OpenSSL is used before close_all() is registered.
+    // close_all() must run before OpenSSL's exit handler. Exit handlers run in the reverse order of their registration,
+    // and OpenSSL registers one at its first use. So OpenSSL is used here, before close_all() is registered.
     static_cast<void>(secure::random_u64());
     auto* const made = new Tables;
     on_exit(&close_all, made);

@@ -114,7 +114,8 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Joins the room and starts the loop. If this fails, closes the client, because Python then calls no __exit__.
+  /// Joins the room and starts the loop. After a failure, closes the client here, because Python does not call __exit__
+  /// if __enter__ fails.
   void enter(double timeout_s) {
     try {
       without_lock([this] { client_->join(); });

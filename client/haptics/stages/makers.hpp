@@ -43,9 +43,9 @@ bool is_contact(const Wrench& wrench, bool was_contact) noexcept;
 std::unique_ptr<Stage> make_wave_stage(const StageSettings& settings);
 
 /// "god-object": classical god-object rendering of a shared scene, for devices with three force axes. A spring acts
-/// between the haptic interface point and a massless ball that never enters a body. It is computed locally, so the
-/// force of static objects is exact at any delay. Pushed objects move only with the server's states, so their motion is
-/// felt late. At the server the tool follows the handle as for "late-pose".
+/// between the handle (haptic interface point) and a massless ball that never enters a body. Both are computed locally,
+/// so the force of static objects is exact at any delay. Pushed objects move only when new states of the server arrive,
+/// so their motion is felt late. At the server the tool follows the handle as for "late-pose".
 ///
 /// Model   The force on the hand is f = −law(handle − ball), without torque (proxy_force_on_hand_W()). ProxyWorld
 ///         computes the ball's position.

@@ -1,6 +1,6 @@
 // Stage: the exchangeable part of the haptic path that computes the wrench on the hand from the handle and the received
-// state. The lab compares stages under the same names as on the command line, with and without passivity controller.
-// Stages that have a residual are also compared with each predictor.
+// state. The lab compares the stages, with and without passivity controller, under the names of the command line.
+// Stages with a residual are also compared with each predictor.
 //
 //   handle, newest server state ──▶ stage ──▶ passivity controller ──▶ safety ──▶ device
 //                                    │ ▲

@@ -1,5 +1,6 @@
-// The window of the operating system, with GLFW, OpenGL and Dear ImGui. It limits the frame rate and collects the input
-// since the last frame. The start screen and the session use the same window, so that it keeps its position and size.
+// The window of the operating system, with GLFW, OpenGL and Dear ImGui. It limits the frame rate and collects the
+// user's input between two frames. The start screen and the session use the same window, so its position and size do
+// not change.
 #pragma once
 
 #include <Eigen/Core>

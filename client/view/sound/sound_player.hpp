@@ -25,7 +25,7 @@ class SoundSink {
   virtual void close() = 0;
 };
 
-/// Thread  play(): one thread, which never waits; the sink is used by the player's thread only
+/// Thread  play(): one thread, which play() never blocks. The sink is used only by the player's own thread
 class SoundPlayer {
  public:
   static constexpr std::size_t kMaxQueued = 8;
