@@ -15,7 +15,7 @@ namespace tandem::client {
 
 struct Client::Made {
   std::unique_ptr<Rendering> rendering;
-  AssetLevel level = AssetLevel::kNone;  ///< resolution level of the assets from which the model was built
+  AssetLevel level = AssetLevel::kNone;  ///< level of the assets from which the model was built
   ContactShapes shapes;                  ///< shapes of the local model
   std::string problem;  ///< reason why the model that the stage needs could not be built; empty if there is no problem
 };

@@ -112,7 +112,7 @@ class Client {
   HapticCore core_;
   ClientSession session_;
   std::stop_source call_off_making_;
-  std::uint32_t making_generation_ = 0;  ///< generation of the scene that is being built
+  std::uint32_t making_generation_ = 0;  ///< generation of the scene for which the running build is made
   std::future<std::unique_ptr<Made>> making_;
   std::unique_ptr<Made> made_;    ///< finished build that is not yet handed over
   ContactShapes shapes_;          ///< shapes of the last local model; the next local model reuses equal shapes

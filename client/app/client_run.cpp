@@ -72,7 +72,7 @@ struct SessionTexts {
 
 /// Findings of the newest coupling check, as data and as text for the user.
 struct ExplainedCoupling {
-  std::uint64_t check = 0;  ///< number of the check that is explained (CouplingCheck::number)
+  std::uint64_t check = 0;  ///< number of the check to which the findings belong (CouplingCheck::number)
   std::vector<haptics::StabilityFinding> findings;
   std::string lines;
 };
@@ -163,9 +163,9 @@ class ClientRun {
   LocalTime next_status_{};
   TickRecord newest_;
   bool is_over_ = false;
-  std::optional<HapticLoop> loop_;      ///< declared after the objects that it uses, so that it is destroyed first
+  std::optional<HapticLoop> loop_;      ///< destroyed before the objects above, which it uses
   std::unique_ptr<SecondHand> second_;  ///< null if there is only one device
-  std::optional<CommandRun> commands_;  ///< none if --commands is not used
+  std::optional<CommandRun> commands_;  ///< empty unless --commands is used
   StopSignals stop_signals_;            ///< last member, because its thread calls the loop
 };
 

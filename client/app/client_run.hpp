@@ -37,12 +37,12 @@ struct RunEnd {
 /// Runs until the duration is over, a signal arrives, or the session ends. Returns the exit code. The caller must have
 /// called block_stop_signals().
 ///
-/// Fails   std::invalid_argument, std::runtime_error or std::system_error: bad set-up, detected before any force is
-///         displayed
+/// Fails   std::invalid_argument, std::runtime_error or std::system_error if the set-up is wrong. This is detected
+///         before any force is displayed
 /// Thread  main
 int run_client(const ClientOptions& options, realtime::Output& output);
 /// Like run_client() above, but in a window that is already open.
-/// In      invitations  shown in the window, for the user to give to others
+/// In      invitations  shown in the window, so that the user can pass them on to other users
 /// Out     has_begun    set to true when the haptic loop starts; valid even if the call throws later
 RunEnd run_client(const ClientOptions& options, realtime::Output& output, Screen& screen,
                   const std::vector<std::string>& invitations, bool& has_begun);

@@ -17,7 +17,7 @@ namespace tandem::client {
 enum class Verdict : std::uint8_t {
   kGood,
   kWarning,  ///< usable, with reduced quality
-  kBad       ///< a session will have faults
+  kBad       ///< a session on this machine will have faults
 };
 /// Name of the verdict: "good", "warning" or "bad".
 std::string_view name_of(Verdict verdict) noexcept;
@@ -58,7 +58,7 @@ Finding judge_lateness(const Histogram& lateness, std::uint64_t missed);
 struct LinkSample {
   Duration round_trip_min{0};
   Duration round_trip_max{0};
-  Duration longest_gap{0};  ///< longest time without an arrival, up to the end of the measurement
+  Duration longest_gap{0};  ///< longest time without a received state, up to the end of the measurement
   std::uint64_t states = 0;
 };
 /// Evaluates a link:

@@ -19,7 +19,7 @@ namespace tandem::client {
 struct WindowOptions {
   bool is_open = true;               ///< true unless --headless is given
   bool has_start_screen = false;     ///< true if no server is named: the user chooses a scene or a server in the window
-  bool is_scene_only = false;        ///< true: the screenshot contains neither panels nor texts
+  bool is_scene_only = false;        ///< true: the screenshot shows the scene without panels and texts
   bool begins_guide = false;         ///< true: shows the guided first minute
   bool awaits_server = false;        ///< true: the guide waits until the program tandem-server exists
   std::filesystem::path screenshot;  ///< file of the screenshot; empty: no screenshot
@@ -60,7 +60,8 @@ void apply_server(const std::string& text, ClientIoSettings& io);
 
 /// Parses the command line. For --help and --version, prints the text to stdout and returns nothing.
 ///
-/// Fails   std::invalid_argument: one line with the option, its value and the valid values
+/// Fails   std::invalid_argument if an option is unknown or has an invalid value; the message is one line with the
+///         option, its value and the valid values
 std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv);
 
 }  // namespace tandem::client

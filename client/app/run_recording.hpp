@@ -68,7 +68,7 @@ class RunRecordings {
   Duration length_{0};  ///< length of the finished recording
   LocalTime next_link_{};
   std::uint64_t lost_ = 0;
-  boost::json::array earlier_;  ///< JSON of the recordings before the newest one
+  boost::json::array earlier_;  ///< JSON of all recordings before the newest one
 };
 
 }  // namespace tandem::client

@@ -54,12 +54,12 @@ struct PhaseReport {
   std::string name;
   Duration duration{0};
   StretchStatistics whole;
-  StretchStatistics settled;  ///< statistics without the first second of the phase
+  StretchStatistics settled;  ///< statistics of the phase without its first second
 };
 
 /// A period without messages from the server, so long that the safety chain must have reduced the force to zero.
 struct Silence {
-  Duration last_arrival{0};  ///< time from the first tick to the last arrival before the silence
+  Duration last_arrival{0};  ///< time of the last arrival before the silence, since the first tick
   /// Time from the last arrival until the force became zero and stayed zero; none if it did not.
   std::optional<Duration> zero_after;
   std::string why;

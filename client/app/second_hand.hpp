@@ -62,7 +62,7 @@ class SecondHand {
   std::string last_why_;
   std::string followed_to_;
   std::vector<std::string> realtime_not_granted_;
-  HapticLoop loop_;  ///< declared after the members that it uses, so that it is destroyed first
+  HapticLoop loop_;  ///< destroyed before the members above, which it uses
   bool has_started_ = false;
 };
 

@@ -38,7 +38,7 @@ struct Usage {
   }
 };
 
-constexpr double kMaxPlace_m = 1000;  // limit of position coordinates in messages
+constexpr double kMaxPlace_m = 1000;  // largest absolute value of a position coordinate in a message
 constexpr double kMaxWait_s = 3600;
 
 constexpr Field metres(const char* name) {

@@ -166,7 +166,7 @@ struct CommandRun::Impl {
   std::optional<LocalTime> first_poll, joined_since;
   LocalTime next_request{};                     ///< earliest time of the next pose request
   std::uint32_t last_tag = 0;                   ///< tag of the last pose request
-  std::optional<event::PoseAnswered> answered;  ///< answer to that request; nothing if it has not arrived yet
+  std::optional<event::PoseAnswered> answered;  ///< answer to the last pose request; empty until it has arrived
 };
 
 /// Returns true once the states and saved poses of the room have arrived, or the time limit has passed. In the second

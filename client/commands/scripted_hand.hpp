@@ -58,7 +58,7 @@ class ScriptedHand {
   bool has_arrived_ = true;
   std::uint32_t scene_ = 0;  ///< generation number of the scene in the newest view
   LocalTime followed_{};
-  LocalTime moved_{};  ///< last time at which the hand was faster than the limits of rest, or move_to() was called
+  LocalTime moved_{};  ///< last time at which the hand was not at rest, or of the last move_to()
 };
 
 /// Inverse of WorkspaceMapping::world_pose().

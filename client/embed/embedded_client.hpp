@@ -43,7 +43,8 @@ class Signal {
 class EmbeddedClient {
  public:
   /// Opens the device, but does not connect.
-  /// Fails   StatusError, std::invalid_argument or std::runtime_error; the message names the remedy
+  /// Fails   StatusError, std::invalid_argument or std::runtime_error if the settings are invalid or the device cannot
+  ///         be opened; the message names the remedy
   explicit EmbeddedClient(ClientConfig config);
   /// Calls close().
   ~EmbeddedClient();
@@ -51,7 +52,8 @@ class EmbeddedClient {
   EmbeddedClient& operator=(const EmbeddedClient&) = delete;
 
   void join();
-  /// Fails   StatusError: TANDEM_ENDED, TANDEM_TIMED_OUT, or TANDEM_BAD_HANDLE after close()
+  /// Fails   StatusError with the status TANDEM_ENDED (the session has ended), TANDEM_TIMED_OUT, or TANDEM_BAD_HANDLE
+  ///         (after close())
   void wait_joined(Duration timeout);
   void start();
   /// Ramps the force to zero, then leaves the room.
@@ -82,7 +84,7 @@ class EmbeddedClient {
   bool pop(tandem_tick& tick);
   /// Returns the next event that the C interface can represent. Events of other kinds are skipped.
   std::optional<Event> next_event();
-  /// Fails   StatusError: TANDEM_TIMED_OUT, or TANDEM_BAD_HANDLE after close()
+  /// Fails   StatusError with the status TANDEM_TIMED_OUT, or TANDEM_BAD_HANDLE (after close())
   void wait_event(Duration timeout);
   int event_descriptor() const { return events_.descriptor(); }
 
@@ -95,15 +97,15 @@ class EmbeddedClient {
   bool has_links_;
   Signal events_;
   std::string device_name_;
-  std::shared_ptr<OwnDevice> own_device_;    ///< null if the library opened the device
-  std::unique_ptr<devices::Device> device_;  ///< null if the program drives the device
+  std::shared_ptr<OwnDevice> own_device_;    ///< device that the program drives; null if the library opened a device
+  std::unique_ptr<devices::Device> device_;  ///< device that the library opened; null if the program drives the device
   std::atomic<bool> is_closed_{false};
   std::atomic<Phase> phase_{Phase::kOpen};
   std::mutex lifecycle_;  ///< protects the changes of phase_
   mutable std::mutex notes_mutex_;
   std::string realtime_note_;  ///< text about the real-time rights that the system refused
   std::unique_ptr<ClientIo> io_;
-  std::mutex view_mutex_;           ///< serialises the readers of the view, which may have one reader only
+  std::mutex view_mutex_;           ///< only one thread at a time may read the view
   mutable std::mutex ticks_mutex_;  ///< serialises the readers of the ring of ticks; protects the pointer `loop_`
   std::unique_ptr<HapticLoop> loop_;
 };

@@ -42,7 +42,7 @@ const char* problem_of(const FedSample& sample) noexcept;
 struct ForceCommand {
   Wrench on_hand_D;
   bool is_stale = false;       ///< true: the program or the haptic thread has stalled, and the wrench is zero
-  std::uint64_t commands = 0;  ///< number of commands so far, to detect a new one
+  std::uint64_t commands = 0;  ///< number of commands so far; a changed number shows that a command is new
 };
 
 class OwnDevice final : public devices::Device {

@@ -49,7 +49,7 @@ std::vector<physics::MovedMass> things_to_move(const wire::Joined& joined, const
 
 /// Result of one check, with the data needed to explain it later.
 struct CouplingCheck {
-  std::uint64_t number = 0;  ///< number of this check, counted from 1; 0: no check was made
+  std::uint64_t number = 0;  ///< number of this check, counted from 1; 0: no check has been made
   bool is_refused = false;   ///< true: the coupling must not be displayed, because it is unstable or a mass is unknown
   HapticScene scene;
   std::vector<physics::MovedMass> moved;
@@ -92,7 +92,7 @@ class CouplingWatch {
   /// handle.
   static constexpr double kGripMoved_m = 0.005;
 
-  /// In      device  profile of the device; without a profile every check passes
+  /// In      device  profile of the device; without a profile, check() always returns true
   explicit CouplingWatch(std::optional<devices::DeviceProfile> device) : device_(std::move(device)) {}
 
   /// Restarts the debounce after a change of a coefficient or of the held body.

@@ -14,7 +14,7 @@ namespace tandem::client {
 /// Conditions on which the motion of the device's base in one tick depends.
 struct HandConditions {
   double period_s = 0.001;
-  bool has_scene = false;               ///< whether the scene can be rendered
+  bool has_scene = false;               ///< true: the scene can be rendered
   bool is_displaying = false;           ///< true: the scene's force may be displayed
   bool is_quiet = false;                ///< true: no force is displayed at present (SafetyChain::is_quiet())
   Vec3 scene_on_hand_D = Vec3::Zero();  ///< displayed force of the scene [N]

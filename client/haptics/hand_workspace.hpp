@@ -9,7 +9,7 @@ namespace tandem::client {
 
 /// Adjustments of the scene's mapping by the user.
 struct WorkspaceSettings {
-  double scale = 1;     ///< factor on the scene's position scale, > 0
+  double scale = 1;     ///< user's factor on the scene's position scale, > 0
   double turn_rad = 0;  ///< rotation of the device's base about the vertical [rad], to match the user's seat and view
 };
 
@@ -41,7 +41,8 @@ WorkspaceMapping with_user(WorkspaceMapping scene, const WorkspaceSettings& user
 /// Thread  haptic: no allocation, no throw
 class HandWorkspace {
  public:
-  /// In      device      its workspace determines the border; no border if the workspace is unknown
+  /// In      device      specification of the device; its workspace determines the border. If the workspace is unknown, there is
+  ///                     no border
   ///         has_border  false: there is no border
   HandWorkspace(const devices::DeviceSpec& device, bool has_border) noexcept;
 

@@ -36,9 +36,9 @@ namespace tandem::client {
 
 struct HapticSettings {
   StageSettings stage{};
-  bool feeds_view = false;           ///< true: a View for a window is published
+  bool feeds_view = false;           ///< true: data for a window are published (View)
   bool has_border = true;            ///< true: rate control and a soft wall at the border of the workspace
-  haptics::SafetySettings safety{};  ///< HapticCore takes the slew and speed limits from the device's spec
+  haptics::SafetySettings safety{};  ///< slew and speed limits are replaced by those of the device
   /// Upper bounds of the coupling parameters received from the server, in newtons and metres of the device. The
   /// device's force limits apply in addition. These defaults are for an unknown device; coupling_bounds()
   /// (devices/device_profile.hpp) returns the bounds of a known device.

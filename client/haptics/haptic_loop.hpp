@@ -39,7 +39,7 @@ struct HapticLoopSettings {
 /// Timing of the loop; complete after stop().
 struct HapticLoopReport {
   std::uint64_t ticks_run = 0;
-  std::uint64_t ticks_expected = 0;  ///< number of deadlines in the run, including missed ones
+  std::uint64_t ticks_expected = 0;  ///< number of deadlines in the run, including missed deadlines
   double tick_rate_hz = 0;           ///< mean rate over the whole run
   Histogram lateness;
   Histogram tick;  ///< durations of the ticks

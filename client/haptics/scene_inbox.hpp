@@ -9,7 +9,7 @@ namespace tandem::client {
 struct SceneNews {
   bool is_entered = false;      ///< true: a new scene was received
   bool is_changed = false;      ///< true: a changed version of the current scene was received
-  bool is_place_shown = false;  ///< whether another user now points at HapticScene::shown_W
+  bool is_place_shown = false;  ///< true: another user has pointed at HapticScene::shown_W
 };
 
 /// Stores the newest scene and the newest server state of that scene. The scene is validated again here; an unusable

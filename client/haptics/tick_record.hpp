@@ -16,11 +16,11 @@ namespace tandem::client {
 struct TickRecord {
   Tick tick;
   LocalTime at{};
-  bool has_begun = false;  ///< whether this tick is at or after HapticCore::began_at()
+  bool has_begun = false;  ///< true: this tick is at or after HapticCore::began_at()
   devices::DeviceSample sample;
   RigidState handle_W;
   RigidState tool_W;              ///< tool in the newest server state
-  Wrench stage_wrench_on_hand_D;  ///< wrench before passivity controller and safety chain
+  Wrench stage_wrench_on_hand_D;  ///< wrench computed by the stage, before passivity controller and safety chain
   Wrench displayed_on_hand_D;     ///< last wrench that the device accepted
   Wrench server_wrench_on_hand_W;
   Duration state_age{0};  ///< age of the newest server state (SceneInbox::state_age()); negative if there is none
@@ -62,8 +62,8 @@ struct HapticCounters {
   double energy_to_hand_j = 0;                ///< work of the displayed wrench on the hand [device J] (PortWork)
   double energy_from_hand_j = 0;              ///< work of the hand on the device [device J], ≥ 0 (PortWork)
   double passivity_withheld_j = 0;            ///< energy withheld from the hand by the passivity controller [device J]
-  std::uint64_t passivity_limited_ticks = 0;  ///< ticks at which the passivity controller reduced the wrench
-  std::uint64_t bad_energy_reports = 0;       ///< server reports whose energy sum has decreased
+  std::uint64_t passivity_limited_ticks = 0;  ///< number of ticks at which the passivity controller reduced the wrench
+  std::uint64_t bad_energy_reports = 0;       ///< number of server reports whose energy sum has decreased
   haptics::SafetyFaults faults_seen = 0;
 
   /// Adds the values that follow from the record of one tick. HapticCore sets the remaining values.

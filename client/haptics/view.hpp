@@ -18,9 +18,9 @@ class LocalModel;
 
 /// Data of one haptic tick for a window.
 struct View {
-  TickRecord record;           ///< handle, both tools, forces and faults of the tick
+  TickRecord record;           ///< record of the tick: handle, both tools, forces and faults
   WorkspaceMapping workspace;  ///< mapping of the scene with the generation record.scene_generation
-  bool has_state = false;      ///< whether a server state was received, so that the fields below are valid
+  bool has_state = false;      ///< true: a server state was received, so the fields below are valid
   ReceivedUpdate newest;       ///< newest server state; it may omit bodies and users
   /// Measured delay of the local model from an input to its effect in a server state; 0 if not known
   Duration loop_delay{0};
@@ -62,7 +62,7 @@ class ViewFeed {
   boost::container::static_vector<ServerTime, proto::kMaxUsers>
       user_states_at_;  ///< time of the last state of each element of next_.users
   realtime::Mailbox<View> mailbox_;
-  bool has_view_ = false;  ///< whether a view was received; used by the window thread only
+  bool has_view_ = false;  ///< true: a view was received; used by the window thread only
 };
 
 }  // namespace tandem::client

@@ -12,14 +12,14 @@ namespace tandem::client {
 /// Values of the present step that several parts of the local model need.
 struct ModelStep {
   physics::World& world;
-  std::size_t tool = 0;  ///< index of this user's tool
+  std::size_t tool = 0;  ///< index of this user's tool in the world
   BodyId held;           ///< body that this user's tool holds
   double period_s = 0.001;
   Duration loop_delay{0};  ///< delay from an input to the use of the server's answer, see LocalModel::loop_delay()
   Duration played{0};      ///< server time of the state that is displayed now, see net::PlayoutDelay
   Duration present{0};     ///< current server time, estimated
-  Duration longest_extrapolation{0};    ///< time limit of the extrapolation of followed bodies
-  double farthest_extrapolation_m = 0;  ///< distance limit of the extrapolation of followed bodies
+  Duration longest_extrapolation{0};    ///< limit of the extrapolated time of followed bodies
+  double farthest_extrapolation_m = 0;  ///< limit of the extrapolated distance of followed bodies
   double grip_step_m = 0;               ///< maximum correction of a grip point in this step
 };
 

@@ -65,11 +65,11 @@ struct LocalModelInput {
   RigidState handle;
   bool has_handle = true;
   std::uint32_t buttons = 0;
-  const ReceivedUpdate* newest = nullptr;  ///< newest state of this scene; null before the first state
+  const ReceivedUpdate* newest = nullptr;  ///< newest server state of this scene; null before the first state
   bool is_new = false;
   /// Whether other users' hands are predicted; false: they stay at their last received poses
   bool predicts_partners = true;
-  const HapticScene* scene = nullptr;  ///< contains the scene's coupling and the bounds for the users' devices
+  const HapticScene* scene = nullptr;  ///< scene with its coupling and the coupling bounds of the users' devices
 };
 
 /// The client's predicted copy of one scene, as described at the top of this file.
@@ -83,7 +83,7 @@ class LocalModel {
   ~LocalModel();
 
   /// Advances the model by one step. Returns zero before the first server state.
-  /// Out     wrench on the hand, about the handle, in W
+  /// Out     wrench of the coupling on the hand, about the handle's origin, in W
   Wrench step(const LocalModelInput& input) noexcept;
 
   /// Continues from the state of another model of the same scene, instead of starting from the server's state. Does

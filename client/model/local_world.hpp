@@ -23,7 +23,7 @@ using ContactShapes = std::map<std::string, std::shared_ptr<const contact::Conta
 ///
 /// In      joined  join message of a user with a tool; fill_haptic_scene() must have accepted the message
 ///         shapes  in: shapes of the previous world, which are reused where equal; out: shapes of the new world
-/// Fails   std::exception whose message names the unusable field or asset; the caller then displays the late pose
+/// Fails   std::exception if a field or asset is unusable; the message names it. The caller then displays "late-pose"
 /// Cost    milliseconds for each distinct shape, tens of milliseconds for a mesh; a live client must not call it on its
 ///         io thread
 std::shared_ptr<const physics::WorldDescription> make_local_world(const wire::Joined& joined, const AssetMap& assets,

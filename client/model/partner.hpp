@@ -152,8 +152,8 @@ class Partner {
   ServerTime received_at_{};
   Duration handle_age_{0};
   net::RigidTrack handle_;
-  net::RigidTrack force_;   ///< force on the partner's hand [N]; the track interpolates it as if it were a position
-  net::RigidTrack torque_;  ///< torque on the partner's hand [N m]; the track interpolates it as if it were a position
+  net::RigidTrack force_;   ///< force on the partner's hand [N], stored as a position so that the track interpolates it
+  net::RigidTrack torque_;  ///< torque on the partner's hand [N m], stored in the same way
   HandEstimate hand_;
   GivingHand modelled_;  ///< computes e, the displacement by the model's force
   GivingHand shown_;     ///< computes a, the displacement by the force that was displayed
@@ -168,7 +168,7 @@ class Partner {
   double lately_common_ = 0;  ///< rises like common_share_, but falls within kUncouple_s
   /// 1 while both users act on the same body, directly or through other bodies; later falls to 0 within kUncouple_s
   double coupled_share_ = 0;
-  Vec3 pressing_W_ = Vec3::Zero();  ///< smoothed contact normal; shorter than 1 while the contact begins or ends
+  Vec3 pressing_W_ = Vec3::Zero();  ///< smoothed contact normal; its length is below 1 while the contact begins or ends
 };
 
 }  // namespace tandem::client

@@ -68,7 +68,7 @@ class PartnerTools {
   static bool deactivate(PartnerTool& one, physics::World& world) noexcept;
   static void follow_grip(PartnerTool& one, const ModelStep& step, std::span<const BodyCopy> bodies) noexcept;
 
-  std::vector<PartnerTool> partners_;  ///< capacity reserved for kMaxUsers
+  std::vector<PartnerTool> partners_;  ///< all partners; capacity is reserved for kMaxUsers
 };
 
 }  // namespace tandem::client

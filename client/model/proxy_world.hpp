@@ -37,7 +37,7 @@ class ProxyWorld {
   static constexpr Duration kForgotten = std::chrono::milliseconds(150);
 
   /// In      joined  join message of a manipulator, accepted by fill_haptic_scene() and proxy_problem()
-  /// Fails   std::exception whose message names the unusable field or asset
+  /// Fails   std::exception if a field or asset is unusable; the message names it
   /// Cost    1 s for a mesh of a million triangles
   ProxyWorld(const wire::Joined& joined, const AssetMap& assets);
   ~ProxyWorld();

@@ -60,7 +60,7 @@ class Reconciler {
   /// the sum of all shifts up to this input.
   void observe(const RigidState& server, const RigidState& then, const Shift& given_then) noexcept;
   /// Returns the shift that the caller must apply in this tick.
-  /// In      loop_s  loop delay: from an input to the server's answer to it [s]
+  /// In      loop_s  loop delay: time from an input to the use of the server's answer to this input [s]
   Shift step(double period_s, double loop_s) noexcept;
   /// Returns the sum of all shifts so far.
   const Shift& given() const { return given_; }

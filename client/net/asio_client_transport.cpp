@@ -89,7 +89,7 @@ struct AsioClientTransport::Connection {
   std::optional<LocalTime> pump_due;  ///< time at which pump_timer expires; empty: the timer is not running
   asio::steady_timer linger;
   std::unique_ptr<Links> links;
-  LinkTraffic before;  // traffic of earlier connections
+  LinkTraffic before;  // traffic of the links of earlier connections
   proto::Bytes unsent;
   proto::Bytes plain;  ///< buffer for the decrypted bytes of one read
   bool is_waiting_to_write = false;

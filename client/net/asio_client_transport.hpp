@@ -100,7 +100,7 @@ class AsioClientTransport final : public ClientTransport {
 
   boost::asio::io_context& io_;
   std::uint16_t port_;
-  std::optional<secure::TlsContext> tls_;  ///< empty: no TLS
+  std::optional<secure::TlsContext> tls_;  ///< context of the TLS connections; empty: no TLS
   std::optional<SimulatedLinks> links_;
   const Clock& clock_;
   TransportListener* session_ = nullptr;

@@ -62,7 +62,7 @@ struct ClientIo::Impl {
   asio::steady_timer stop_timer{io};
 
   std::shared_ptr<const wire::Joined> joined;  // answer to the last join; only the io thread uses this pointer
-  std::shared_ptr<const Credentials> beside;   // see ClientSession::credentials_beside(); for the io thread only
+  std::shared_ptr<const Credentials> beside;   // see ClientSession::credentials_beside(); io thread only
   std::shared_ptr<const AssetMap> assets;      // received assets; only the io thread uses this pointer
   EventQueue new_events;                       // events since the last snapshot; only the io thread uses this queue
   LocalTime published_at{};
@@ -70,7 +70,7 @@ struct ClientIo::Impl {
   ClientIoSnapshot published;
   EventQueue events;
 
-  std::thread thread;  // last member, so that it is constructed after the members that it uses
+  std::thread thread;  // last member: starts after the members that it uses are constructed
 };
 
 ClientIo::Impl::Impl(ClientIoSettings client_settings, devices::Device& device)

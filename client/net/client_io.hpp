@@ -40,7 +40,7 @@ struct ClientIoSettings {
 
 /// Estimate of the server's clock and of the round trip to the server.
 struct ClockEstimate {
-  bool is_known = false;  ///< whether there is an estimate; false: all values are 0
+  bool is_known = false;  ///< true: there is an estimate; false: all values are 0
   Duration offset{0};     ///< server time − local time
   Duration round_trip{0};
   Duration minimum_round_trip{0};
@@ -87,8 +87,9 @@ struct ClientIoSnapshot {
 class ClientIo {
  public:
   /// In      device  must outlive this object
-  /// Fails   std::invalid_argument: not an address, an address that requires encryption, an invalid link parameter, or
-  ///         as in Client; std::system_error: the sockets could not be created
+  /// Fails   std::invalid_argument: `host` is not an address, or is an address that requires encryption; a link
+  ///         parameter is invalid; or as in the constructor of Client. std::system_error: the sockets could not be
+  ///         created
   ClientIo(ClientIoSettings settings, devices::Device& device);
   /// Calls stop().
   ~ClientIo();

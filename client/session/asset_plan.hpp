@@ -66,7 +66,7 @@ class AssetPlan {
  private:
   /// Next step of the plan. It is executed once the store has answered all look-ups.
   enum class Step : std::uint8_t {
-    kNone,    ///< all steps are done
+    kNone,    ///< all steps have been executed
     kSelect,  ///< tactile assets were looked up; next: look up coarse replacements of the missing ones
     kFetch,   ///< coarse replacements and first drawings were looked up; next: fetch the missing assets from the server
     kDrawings  ///< remaining drawings were looked up; next: fetch the missing ones from the server
@@ -84,7 +84,7 @@ class AssetPlan {
   AssetFetcher fetcher_;
   net::FetchRate rate_;
   AssetInfos offered_;
-  AssetLevel level_ = AssetLevel::kNone;  ///< level reached for the current scene and kinds
+  AssetLevel level_ = AssetLevel::kNone;  ///< availability level that has been reached for the current scene and kinds
   Step step_ = Step::kNone;
   AssetInfos felt_coarse_;  ///< tactile assets to fetch first; large ones are represented by their coarse replacements
   AssetInfos felt_fine_;    ///< the large assets that felt_coarse_ replaces; they are fetched after felt_coarse_

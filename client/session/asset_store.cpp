@@ -128,7 +128,7 @@ FoundAsset DiskAssetStore::read(const Lookup& wanted) const noexcept try {
   fs::last_write_time(file, fs::file_time_type::clock::now(), error);
   return std::make_shared<const proto::Bytes>(std::move(*bytes));
 } catch (const std::exception&) {
-  return nullptr;  // probably not enough memory for the file; the asset is then fetched from the server
+  return nullptr;  // the memory may not suffice for the file; the asset is then fetched from the server
 }
 
 void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) {

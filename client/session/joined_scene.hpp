@@ -24,7 +24,7 @@ class JoinedScene {
       : watch_(std::move(device)), mailboxes_(mailboxes), log_(std::move(log)) {}
 
   /// Stores the scene of `answer` as a new generation; publish() passes it to the haptic thread.
-  /// Fails   returns the first unusable field and changes nothing
+  /// Fails   returns the first unusable field of the message and changes nothing; empty text if the scene was stored
   std::string accept(const wire::Joined& answer, wire::Role role, LocalTime now);
   void publish() { mailboxes_.scene.publish(scene_); }
   /// Makes the haptic thread display no force and no longer drive the tool.

@@ -16,7 +16,7 @@
 namespace tandem::client {
 
 struct SignalConnectionSettings {
-  std::string host = "127.0.0.1";  ///< server: a loopback address; with `trust` any address or name
+  std::string host = "127.0.0.1";  ///< address of the server: a loopback address; with `trust` any address or name
   std::uint16_t port = 47800;
   std::optional<secure::Trust> trust{};  ///< key or authorities to verify the server; none: no TLS (--insecure)
   SignalSessionSettings session{};
@@ -28,11 +28,11 @@ struct SignalConnectionSettings {
 struct SignalConnectionStatus {
   SessionStatus session;
   bool has_joined = false;
-  std::vector<std::string> names;  ///< signals of the room's game
+  std::vector<std::string> names;  ///< names of the signals that the room's game uses
   std::size_t waiting = 0;         ///< number of values that are not sent yet
   std::size_t unconfirmed = 0;     ///< number of names whose last sent value the server has not confirmed
   std::uint64_t sent = 0;
-  std::uint64_t refused = 0;  ///< refusals of the server
+  std::uint64_t refused = 0;  ///< number of refusals by the server
 };
 
 /// Thread  any; a call takes a lock for a moment

@@ -25,7 +25,7 @@ class ChildProgram {
   static constexpr std::size_t kMaxLineBytes = 4096;
   static constexpr int kNotExecuted = 127;  ///< exit code of a program that could not be executed
 
-  /// Fails   std::system_error: no process or pipe can be made
+  /// Fails   std::system_error if no process or pipe can be created
   ChildProgram(const std::filesystem::path& program, const std::vector<std::string>& arguments);
   /// Calls stop(). Does not wait for the end of the output, because a process that the program has started may still
   /// hold the pipe open.

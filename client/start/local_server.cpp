@@ -29,7 +29,7 @@ std::string plain(const std::string& line) {
 }
 
 /// Writes a file for the server to read.
-/// Fails   std::runtime_error: the message names the file
+/// Fails   std::runtime_error if the file cannot be written; the message names the file
 void write_text(const fs::path& file, const std::string& text) {
   std::ofstream out(file);
   out << text;

@@ -26,7 +26,7 @@ struct StartChoice {
   std::string address{};             ///< pasted invitation or address
   bool is_hosted = false;            ///< true: others may join by invitation; false: only this program
   int invited = 1;                   ///< number of invitations for others, 1 to 15
-  int port = 47800;                  ///< port of a hosted server, 0 to 65535; 0: any free one
+  int port = 47800;                  ///< port of a hosted server, 0 to 65535; 0: any free port
 
   bool operator==(const StartChoice&) const = default;
 };
@@ -45,7 +45,7 @@ std::string title_of(const StartChoice& choice);
 std::string problem_of(const StartChoice& choice);
 
 /// Returns `choice` with a file that the user has dropped or typed: a scene, a mesh, or the next of two structures.
-/// Out     nothing if no supported format has the file's extension
+/// Out     the changed choice; nothing if the file's extension is not that of a supported format
 std::optional<StartChoice> with_file(StartChoice choice, const std::filesystem::path& file);
 
 /// Returns the scene file for a mesh: the mesh, and a tool 2 cm above it.

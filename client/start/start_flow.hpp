@@ -53,7 +53,7 @@ class StartFlow {
  private:
   std::filesystem::path beside_, recent_file_;
   StartChoice form_;
-  StartChoice opened_;  ///< the choice that is being prepared, or that is in session
+  StartChoice opened_;  ///< choice for which a server is being prepared, or that is in session
   std::vector<StartChoice> recent_;
   State state_ = State::kChoosing;
   std::string problem_;

@@ -10,7 +10,7 @@
 
 namespace tandem::client {
 
-using Rgba = std::array<float, 4>;  ///< sRGB colour and opacity, each 0 to 1
+using Rgba = std::array<float, 4>;  ///< red, green, blue (sRGB) and opacity, each 0 to 1
 
 /// One vertex of a triangle, in the layout that the shaders of renderer.cpp read.
 struct Vertex {

@@ -178,7 +178,7 @@ class Builder {
     const double scale = scene_.molecular_field().metres_per_angstrom();
     const std::vector<Rgba> colors = atom_colors(*molecule, molecules_.colors, color, chains_);
     for (LegendEntry& entry : legend_of(*molecule, molecules_.colors, color, chains_)) {
-      if (entry.text == "C") entry.text += " of " + body.name;  // each molecule has a colour for its carbon
+      if (entry.text == "C") entry.text += " of " + body.name;  // carbon has a different colour in each molecule
       if (!in_legend_.emplace(entry.text, entry.color).second) continue;
       if (out_.legend.size() < DrawnScene::kMaxLegend) {
         out_.legend.push_back(std::move(entry));

@@ -41,7 +41,7 @@ struct DrawnScene {
   std::vector<DrawnBody> tools;        ///< tools in the order of scene.tools
   std::vector<LegendEntry> legend;     ///< meanings of the molecules' colours, each once, at most kMaxLegend
   std::size_t legend_omitted = 0;      ///< number of entries omitted because of kMaxLegend
-  std::vector<std::string> missing;    ///< objects that cannot be drawn, or not yet, with the reason
+  std::vector<std::string> missing;    ///< names of the objects that cannot be drawn (yet), with the reason
   /// Ball around the objects of interest: tools, moving bodies, and static bodies that are not much larger.
   Vec3 focus_W = Vec3::Zero();
   double focus_radius_m = 0.1;
@@ -61,12 +61,12 @@ DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, 
 
 /// Returns the mesh of a deformed soft body in the body's frame. Empty if the body is not soft, or if its surface has
 /// not been received.
-/// In      offsets_W  one for each point of proto::soft_lattice()
+/// In      offsets_W  offset of each point of proto::soft_lattice()
 DrawnMesh drawn_soft(const DrawnBody& body, std::span<const Vec3> offsets_W);
 
 /// Returns the first body that a ray hits: the index of the body, and the hit point in the body's frame. Returns
 /// nothing if the ray hits no body.
-/// In      X_WB  one for each body
+/// In      X_WB  poses of the bodies, in their order in the scene
 std::optional<std::pair<std::size_t, Vec3>> first_hit(const DrawnScene& scene, std::span<const Pose> X_WB,
                                                       const Vec3& from_W, const Vec3& along_W);
 

@@ -47,13 +47,13 @@ struct GoalOutline {
 /// * region: a box by its twelve edges, a sphere by three circles, a cylinder by its two ends and four edges
 /// * figure: lines in the xy plane of the world
 /// * target pose of a body: a ghost of the body
-/// In      pose_of  pose of the body with this index
+/// In      pose_of  function that returns the pose of the body with this index
 GoalOutline outline_of(const wire::Scene& scene, const wire::GameState& state,
                        const std::function<Pose(std::size_t body)>& pose_of);
 
 /// Draws the panel in the current ImGui context, at the left edge. Draws nothing in a room without a game.
 ///
-/// In      top  upper edge [px]
+/// In      top  upper edge of the panel [px]
 /// Thread  the one that runs the window
 void draw_goals(const PanelContent& content, float top);
 

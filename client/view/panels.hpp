@@ -22,11 +22,11 @@ struct WindowSwitches {
   bool shows_ghosts = false;
   bool shows_contacts = true;
   bool follows_tool = false;
-  bool cuts = false;       ///< true: hides all objects that are nearer than a plane
+  bool cuts = false;       ///< true: objects that are nearer than the cutting plane are hidden
   double cut_share = 0.5;  ///< position of the cutting plane: 0 in front of the focus ball, 1 behind it
   MoleculeStyle molecules{};
   GuideProgress guide{};
-  bool has_sound = true;  ///< true: short sounds at contact, with the device "mouse"
+  bool has_sound = true;  ///< true: short sounds are played at contact; only with the device "mouse"
   /// Whether each section of the panels is open: session, network, touch, stage, view, molecules, hand, details.
   std::array<bool, 8> is_open{true, true, true, true, true, true, false, false};
   std::array<char, 65> pose_name{};      ///< input field for the name of a pose to be saved; not stored

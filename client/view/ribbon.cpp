@@ -20,7 +20,7 @@ enum class Fold : std::uint8_t { kCoil, kHelix, kStrand, kNucleic };
 
 /// One residue of a chain. Coordinates are in Å.
 struct Link {
-  std::size_t residue = 0;  ///< index in the molecule
+  std::size_t residue = 0;  ///< index of the residue in the molecule
   std::size_t atom = 0;     ///< index of the α carbon (proteins) or of C4' (nucleic acids)
   Vec3 place = Vec3::Zero();
   Vec3 across = Vec3::Zero();  ///< direction of the ribbon's width, perpendicular to the chain; zero: unknown

@@ -91,8 +91,8 @@ class SceneView {
   std::size_t first_of_scene_ = 0;  ///< index of the scene's first mesh, in the order bodies, soft bodies, tools
   std::shared_ptr<const wire::Joined> joined_;
   std::shared_ptr<const AssetMap> assets_;
-  std::optional<Content> shown_;  ///< content that is shown; empty: nothing of this scene is shown yet
-  std::optional<std::pair<Content, DrawnScene>> surface_;  ///< last shown surface, stored while another style is shown
+  std::optional<Content> shown_;  ///< content that is shown now; empty: nothing of this scene is shown yet
+  std::optional<std::pair<Content, DrawnScene>> surface_;  ///< last shown surface, kept while another style is shown
   std::optional<Content> failed_;                          ///< content whose meshes could not be made
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets_;
   DrawnScene scene_;

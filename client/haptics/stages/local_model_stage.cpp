@@ -131,12 +131,12 @@ class LocalModelStage final : public Stage {
   std::uint64_t samples() const noexcept { return residual_ != nullptr ? residual_->figures().resampled : 0; }
   Wrench predicted_residual(const StageInput& input) noexcept;
 
-  std::unique_ptr<haptics::ForceStream> residual_;  ///< predictor; null for "none" and "scored"
+  std::unique_ptr<haptics::ForceStream> residual_;  ///< predictor of the residual; null for "none" and "scored"
   bool is_scored_;
   ScoredResidual scored_;
   ForceBlend blend_;
   bool was_local_ = false;
-  bool has_shown_ = false;  ///< whether an output was displayed; HapticCore blends in the first output
+  bool has_shown_ = false;  ///< true: an output was displayed before; HapticCore blends in the first output
 };
 
 StageOutput LocalModelStage::tick(const StageInput& input) noexcept {

@@ -50,7 +50,7 @@ std::unique_ptr<Stage> make_wave_stage(const StageSettings& settings);
 /// Model   The force on the hand is f = −law(handle − ball), without torque (proxy_force_on_hand_W()). ProxyWorld
 ///         computes the ball's position.
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995
-/// Fails   the force is zero without a ProxyWorld: before its assets have arrived, or if it could not be built
+/// Fails   the force is zero while there is no ProxyWorld, because its assets have not arrived or it could not be built
 std::unique_ptr<Stage> make_god_object_stage(const StageSettings& settings);
 
 }  // namespace tandem::client

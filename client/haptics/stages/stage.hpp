@@ -35,7 +35,7 @@ struct StageSettings {
   std::string name = "local-model";  ///< name of the stage, one of stage_names()
   /// Predictor of the residual, one of predictor_names(); "none" also disables the prediction of other users' hands
   std::string predictor = "scored";
-  bool passivity = true;          ///< whether a passivity controller follows the stage
+  bool passivity = true;          ///< true: the passivity controller follows the stage
   haptics::WaveImpedance wave{};  ///< wave impedance of the stage "wave"
 };
 
@@ -47,10 +47,10 @@ struct StageInput {
   RigidState handle;                               ///< pose and twist of the handle (X_WH, V_WH) in this tick
   std::uint32_t buttons = 0;                       ///< pressed buttons, as bits of Button
   const ReceivedUpdate* newest = nullptr;          ///< newest server state; null before the first state
-  bool is_new = false;                             ///< true: `newest` arrived after the previous tick
+  bool is_new = false;                             ///< true: `newest` was received after the previous tick
   Duration age{0};                                 ///< age of `newest`: time since reception plus its age when sent
   const haptics::CouplingLaw* coupling = nullptr;  ///< the scene's coupling law; never null
-  const haptics::CouplingParameters* parameters = nullptr;  ///< coefficients bounded for the device; never null
+  const haptics::CouplingParameters* parameters = nullptr;  ///< coefficients, bounded for the device; never null
   const HapticScene* scene = nullptr;                       ///< current scene, with the coupling bounds of this device
   LocalModel* local_model = nullptr;                        ///< null if the current scene has no local model
   /// ball of stage "god-object" and its obstacles; null if there are none

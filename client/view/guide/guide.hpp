@@ -41,20 +41,20 @@ struct GuideState {
   double force_n = 0;  ///< displayed force on the hand [N]
   bool is_holding = false;
   Vec3 p_WT = Vec3::Zero();     ///< displayed position of the user's tool
-  Duration added_delay{0};      ///< one-way delay of the simulated link
+  Duration added_delay{0};      ///< delay of the simulated link in each direction
   std::string_view stage = {};  ///< name of the active stage; must outlive the call that receives it
 };
 
 /// Leads the user through the steps. Some steps have a precondition; lifting, for instance, requires a held body. If
 /// the precondition is lost for kPatience, the guide returns to the step before.
 ///
-/// Thread  the window's
+/// Thread  the one that runs the window
 class Guide {
  public:
   static constexpr double kTouchForce_n = 0.3;  ///< above the forces of free motion
   static constexpr double kLift_m = 0.02;
   static constexpr double kStroke_m = 0.1;  ///< path length of the tool after which a step of feeling counts as done
-  static constexpr Duration kMinDelay{std::chrono::milliseconds(150)};  ///< tolerance for a slider set to 200 ms
+  static constexpr Duration kMinDelay{std::chrono::milliseconds(150)};  ///< the user is asked to set 200 ms
   static constexpr Duration kMaxSmallDelay{std::chrono::milliseconds(20)};
   static constexpr Duration kPatience{std::chrono::seconds(1)};
   /// Time for which a condition must hold, so that a bounce or a slider in motion does not count.
@@ -83,7 +83,7 @@ class Guide {
   GuideProgress progress_;
   GuideState last_;
   std::optional<double> grasp_height_m_;  ///< height of the tool when it grabbed the body
-  double stroke_m_ = 0;                   ///< path of the tool with a force or a body in the hand, in this step
+  double stroke_m_ = 0;                   ///< path length of the tool in this step, with a force or a held body
   bool has_state_ = false;
   std::optional<LocalTime> done_since_;
   std::optional<LocalTime> impossible_since_;

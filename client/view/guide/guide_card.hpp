@@ -26,7 +26,7 @@ const char* guide_text(GuideStep step, bool is_mouse);
 /// In      free_width  width of the window without the panels
 ImVec4 guide_place(float free_width);
 /// Draws the card in the current ImGui context.
-/// Thread  the window's
+/// Thread  the one that runs the window
 GuideAction draw_guide(const GuideCard& card, float free_width);
 
 }  // namespace tandem::client

@@ -14,7 +14,7 @@ namespace tandem::client {
 
 /// Content of the panel about atoms and residues.
 struct MoleculeContent {
-  ResidueSelection* selection = nullptr;  ///< null: the scene has no molecules
+  ResidueSelection* selection = nullptr;  ///< the user's selection; null: the scene has no molecules
   const DrawnScene* scene = nullptr;
   std::string* problem = nullptr;  ///< reason why the range that was typed last was not selected
   std::string under_mouse{};       ///< name of the atom under the mouse; "": no atom
@@ -36,7 +36,7 @@ struct MoleculeFrame {
   std::optional<Eigen::Hyperplane<double, 3>> cut_W{};  ///< cutting plane, see first_atom()
 };
 
-/// Thread  the window's
+/// Thread  the one that runs the window
 class MoleculeMouse {
  public:
   /// Evaluates a frame of a scene with molecules.
@@ -61,7 +61,7 @@ class MoleculeMouse {
   ResidueSelection selection_;
   ResidueSelection before_click_;          ///< selection before the last click
   std::optional<LocalTime> clicked_at_;    ///< time of the last click
-  bool ignores_click_ = false;             ///< true: the next click is the second one of a double click
+  bool ignores_click_ = false;             ///< true: the next click belongs to a double click and selects nothing
   std::optional<LocalTime> doubled_at_{};  ///< time of the last double click
   std::shared_ptr<const wire::Joined> joined_;
   std::optional<AtomPlace> under_mouse_;

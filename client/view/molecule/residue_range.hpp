@@ -14,7 +14,7 @@ namespace tandem::client {
 struct ResidueRange {
   std::string chain{};                     ///< name of the chain; empty: all chains
   std::optional<int> first{}, last{};      ///< first and last residue number, both included; empty: all residues
-  std::optional<std::string> insertion{};  ///< insertion code that must match; empty: any
+  std::optional<std::string> insertion{};  ///< insertion code of the residues; empty: any code
 
   bool operator==(const ResidueRange&) const = default;
 };

@@ -19,7 +19,7 @@ struct AtomDistance {
   double angstrom = 0;
 };
 
-/// Thread  the window's
+/// Thread  the one that runs the window
 class ResidueSelection {
  public:
   static constexpr std::size_t kMaxResidues = 10'000;
@@ -41,7 +41,7 @@ class ResidueSelection {
   const std::vector<AtomPlace>& picked() const { return picked_; }
   bool is_empty() const { return residues_.empty() && picked_.empty(); }
   /// Returns the distance between the two picked atoms; empty if fewer than two are picked.
-  /// In      X_WB  one for each body
+  /// In      X_WB  poses of the bodies, in their order in the scene
   std::optional<AtomDistance> distance(const DrawnScene& scene, std::span<const Pose> X_WB,
                                        double metres_per_angstrom) const;
 

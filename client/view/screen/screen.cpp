@@ -134,14 +134,14 @@ struct Screen::Impl {
   GLFWwindow* window = opened.first;
   SteadyClock clock;
   FramePacer pacer{opened.second};
-  int width = 0;  ///< size of the frame's buffer
+  int width = 0;  ///< width of the frame buffer [pixels]
   int height = 0;
   std::filesystem::path picture;  ///< file in which the next frame is saved; empty: not saved
   bool is_scene_only = false;     ///< true: the saved picture contains no texts and panels
-  std::vector<int> keys;          ///< keys that were pressed since the last call of take_keys()
+  std::vector<int> keys;          ///< keys that were pressed since the last call of take_keys(), see there
   DoubleClick double_click;
   std::vector<std::filesystem::path> dropped;
-  std::array<int, 4> windowed{};  ///< position and size of the window before it became full screen
+  std::array<int, 4> windowed{};  ///< position and size that the window had before it became full screen
 };
 
 Screen::Impl::Impl(const ScreenSettings& settings) : opened(open_window(settings)) {

@@ -27,8 +27,8 @@ struct ScreenSettings {
 /// Thread  main thread, which must also construct it
 class Screen {
  public:
-  /// Fails   std::runtime_error: there is no display or no OpenGL 3.3, or the program was built without a window; the
-  ///         message names the remedy
+  /// Fails   std::runtime_error if there is no display or no OpenGL 3.3, or if the program was built without a window;
+  ///         the message names the remedy
   explicit Screen(const ScreenSettings& settings);
   ~Screen();
   Screen(const Screen&) = delete;

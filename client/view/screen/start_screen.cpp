@@ -282,7 +282,7 @@ StartScreen::StartScreen(Screen& screen, StartForm& form)
     : screen_(screen), form_(form), pictures_(std::make_unique<ScenePictures>(data_folder() / "pictures")) {
   screen_.set_title("tandem: start");
   form_.guide = remembered_switches(window_memory_file()).guide;
-  screen_.take_dropped();  // discards files that were dropped during a session, which has no use for them
+  screen_.take_dropped();  // discards files that were dropped during a session
 }
 
 StartScreen::~StartScreen() = default;

@@ -21,16 +21,16 @@ using SoundCues = boost::container::static_vector<SoundCue, 3>;
 
 /// State of the session in one frame, from which the sounds are selected.
 struct SoundState {
-  double force_n = 0;               ///< largest displayed force since the frame before [N]
+  double force_n = 0;               ///< largest displayed force since the previous frame [N]
   std::optional<bool> is_touching;  ///< whether the tool has contacts in the local model; empty: not known
   bool is_ramping = false;          ///< true: the force is being ramped up after a start or a fault
   BodyId held_body{};
-  const GameReport* game = nullptr;  ///< null: none
+  const GameReport* game = nullptr;  ///< state of the room's game; null: no game
 };
 
 /// Selects sounds. A contact has a sound if the tool begins to touch, or if the force rises suddenly.
 ///
-/// Thread  the window's
+/// Thread  the one that runs the window
 class SoundEvents {
  public:
   /// Rise of the force above its mean that counts as sudden. The mean is a low-pass filter with the time constant
@@ -55,7 +55,7 @@ class SoundEvents {
   bool has_state_ = false;
   LocalTime last_{};
   double mean_force_n_ = 0;
-  bool is_jolted_ = false;  ///< the rise was heard, and has not ended
+  bool is_jolted_ = false;  ///< true: a sudden rise had a sound and has not ended yet
   std::optional<LocalTime> touched_at_, heard_at_;
   BodyId held_body_;
   std::optional<std::uint64_t> game_step_;  ///< step of the last event of the game; empty: there is no game

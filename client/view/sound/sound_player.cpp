@@ -43,7 +43,7 @@ struct SoundPlayer::Shared {
   std::unique_ptr<SoundSink> sink;
   SteadyClock clock;
   realtime::Ring<Queued> queue{kMaxQueued};
-  std::counting_semaphore<kMaxQueued + 1> work{0};  ///< one for each queued sound, and one for the end
+  std::counting_semaphore<kMaxQueued + 1> work{0};  ///< counts the queued sounds, plus one for the end
   std::atomic<bool> is_ending{false};
   std::atomic<bool> has_no_device{false};
   bool is_open = false;

@@ -12,7 +12,7 @@ namespace tandem::client {
 
 /// Output for samples: one channel at kSampleRate_hz.
 ///
-/// Thread  the player's
+/// Thread  the player's own thread
 class SoundSink {
  public:
   virtual ~SoundSink() = default;
@@ -43,7 +43,7 @@ class SoundPlayer {
   SoundPlayer& operator=(const SoundPlayer&) = delete;
 
   /// Queues a sound. Returns false if the queue is full or there is no device; the sound is then discarded.
-  /// In      at  time of the event, of SteadyClock
+  /// In      at  time of the event, by the clock SteadyClock
   bool play(Sound sound, double gain, LocalTime at);
 
  private:

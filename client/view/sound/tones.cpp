@@ -13,7 +13,7 @@ struct Partial {
 };
 
 constexpr double kAttack_s = 0.001, kEnd_s = 0.005;
-constexpr double kPeak = 16'000;  ///< about half of the range
+constexpr double kPeak = 16'000;  ///< peak of a sound at full gain: about half of the range of a sample
 
 /// The sound of a contact is a knock with inharmonic partials, like a struck block of wood. All other sounds consist of
 /// two tones: rising for a grasp and a reached goal, falling for a release and a failure.

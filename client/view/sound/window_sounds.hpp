@@ -18,7 +18,7 @@ class WindowSounds {
   /// Adds a tick. Call for each tick, in order, so that a short contact between two frames is heard.
   void add(const TickRecord& record);
   /// Plays the sounds of a frame.
-  /// In      view   null: none received yet
+  /// In      view   newest view; null if none was received yet
   ///         is_on  false: the user has switched sounds off
   void follow(const View* view, const ClientIoSnapshot& io, bool is_on, LocalTime now);
 
