@@ -16,8 +16,8 @@ namespace tandem::client {
 ///
 /// Model   p_WH = p_raw + o,  R_WH = R_raw O
 ///         o, O  offsets of position and rotation, set at the release of the clutch so that X_WH does not jump
-///         While the clutch is pressed, X_WH is frozen and V_WH is zero. O is the right factor, so that a rotation of the
-///         hand about a world axis rotates the tool about the same axis: w_WH = w_raw.
+///         While the clutch is pressed, X_WH is frozen and V_WH is zero. O is the right factor, so that a rotation of
+///         the hand about a world axis rotates the tool about the same axis: w_WH = w_raw.
 /// Thread  haptic
 class Clutch {
  public:

@@ -41,8 +41,8 @@ WorkspaceMapping with_user(WorkspaceMapping scene, const WorkspaceSettings& user
 /// Thread  haptic: no allocation, no throw
 class HandWorkspace {
  public:
-  /// In      device      specification of the device; its workspace determines the border. If the workspace is unknown, there is
-  ///                     no border
+  /// In      device      specification of the device; its workspace determines the border. If the workspace is
+  ///                     unknown, there is no border
   ///         has_border  false: there is no border
   HandWorkspace(const devices::DeviceSpec& device, bool has_border) noexcept;
 

@@ -14,8 +14,8 @@ namespace tandem::client {
 
 /// Predicts grasps and releases of this user's tool.
 ///
-/// Invariants  A predicted grasp or release applies until the server has received the changed button and has answered an
-///             input at least 5 ticks later. From then on, the server's result applies
+/// Invariants  A predicted grasp or release applies until the server has received the changed button and has answered
+///             an input at least 5 ticks later. From then on, the server's result applies
 /// Thread      haptic: no allocation, no throw. Both functions return true if the grasp has changed; the model then
 ///             jumps, so the caller must blend the displayed force
 class GraspPrediction {

@@ -46,8 +46,8 @@ class GivingHand {
 
 /// Estimates mass and stiffness of a user's hand from its motion and the displayed force.
 ///
-/// Model   Hypothetical hands j = 0 … kHands − 1 form a grid of mass m and stiffness k. From hand j follows the intended
-///         position x − a_j:
+/// Model   Hypothetical hands j = 0 … kHands − 1 form a grid of mass m and stiffness k. From hand j follows the
+///         intended position x − a_j:
 ///         x    position of the hand
 ///         a_j  displacement of hand j by the displayed force
 ///         If hand j has the correct mass and stiffness, x − a_j is the voluntary motion, which is slow and smooth. So

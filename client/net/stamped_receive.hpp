@@ -16,11 +16,11 @@ namespace tandem::client {
 ///         came  time of reception, the result
 ///         age   the apparent age w if it is plausible, otherwise its upper bound now − T
 ///         T     time at which the socket was last found empty; the datagram has arrived after T
-///         w     wall clock minus the kernel's stamp, which is a time of the wall clock. w is plausible if it is between 0
-///               and now − T, and if both clocks have advanced equally since T. The second condition detects that the wall
-///               clock was set while the datagram waited
-///         So an old datagram never appears fresh. The wall clock is read after the datagram, so a delay of the thread in
-///         between increases the age.
+///         w     wall clock minus the kernel's stamp, which is a time of the wall clock. w is plausible if two
+///               conditions hold: w is between 0 and now − T, and both clocks have advanced equally since T. The second
+///               condition detects that the wall clock was set while the datagram waited
+///         So an old datagram never appears fresh. The wall clock is read after the datagram, so a delay of the thread
+///         in between increases the age.
 /// Thread  any, one at a time; no allocation
 class StampedReceiver {
  public:

@@ -39,8 +39,8 @@ struct SignalSessionSettings {
 };
 
 /// Sends the newest value of each signal:
-/// * A value that cannot be sent at once waits. A newer value of the same signal replaces it. The waiting time is added to
-///   the age of the value.
+/// * A value that cannot be sent at once waits. A newer value of the same signal replaces it. The waiting time is added
+///   to the age of the value.
 /// * A lost connection is restored automatically. Values whose arrival is not confirmed are then sent again.
 /// * The answer to a ping confirms all values that were sent before the ping.
 ///

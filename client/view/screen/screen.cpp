@@ -79,8 +79,8 @@ std::pair<GLFWwindow*, RenderQuality> open_window(const ScreenSettings& settings
   return {window, is_fast ? RenderQuality::kFast : RenderQuality::kFull};
 }
 
-/// Limits the frame rate. Without a graphics card, also adds a pause after each frame. The pause is as long as the frame
-/// took, at most kMaxPause.
+/// Limits the frame rate. Without a graphics card, also adds a pause after each frame. The pause is as long as the
+/// frame took, at most kMaxPause.
 class FramePacer {
  public:
   explicit FramePacer(RenderQuality quality) : is_fast_(quality == RenderQuality::kFast) {}
