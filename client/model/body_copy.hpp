@@ -27,8 +27,8 @@ struct ModelStep {
 ///
 /// Invariants  A body is absent from the world until the server has sent its state. A body is implicit while a tool
 ///             touches it. After a touch by this user's tool, it remains implicit for the loop delay plus 0.25 s. By
-///             then the server's states include the effect of the touch. When the body begins to follow the server, its pose
-///             does not jump: the offset from the server's pose fades
+///             then the server's states include the effect of the touch. When the body begins to follow the server, its
+///             pose does not jump: the offset from the server's pose fades
 /// Thread      haptic: no allocation, no throw
 class BodyCopy {
  public:
