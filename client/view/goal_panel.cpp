@@ -15,6 +15,9 @@
 namespace tandem::client {
 namespace {
 
+/// Height of a window, in heights of a line, below which the panel has only what a player needs, so that it does not
+/// cover the scene: no texts of events, which the messages also show, and the choice of levels closed.
+constexpr float kSmallEm = 40;
 const ImVec4 kOpen(0.92F, 0.93F, 0.95F, 1), kReached(0.35F, 0.85F, 0.45F, 1), kFailed(0.95F, 0.45F, 0.35F, 1),
     kWaits(0.55F, 0.58F, 0.62F, 1);
 
@@ -55,7 +58,6 @@ void set(ClientIo* client, const char* name, double value) {
 
 /// Draws a button for each level and one for gravity, if this user may use them.
 void draw_choices(const PanelContent& content, const wire::Game& game) {
-  ImGui::Separator();
   for (int i = 0; i < game.levels_size(); ++i) {
     if (i % 4 != 0) ImGui::SameLine();
     const std::string label = net::printable(game.levels(i).name()) + "##level" + std::to_string(i);
@@ -278,6 +280,7 @@ void draw_goals(const PanelContent& content, float top) {
   const wire::GameState& state = content.io->game->state;
   if (state.level() >= static_cast<std::uint32_t>(game.levels_size())) return;
   const float em = ImGui::GetFontSize();
+  const bool is_small = ImGui::GetIO().DisplaySize.y < kSmallEm * em;
   ImGui::SetNextWindowPos(ImVec2(0.6F * em, top), ImGuiCond_Always);
   ImGui::SetNextWindowSizeConstraints(ImVec2(14 * em, 0), ImVec2(24 * em, ImGui::GetIO().DisplaySize.y));
   ImGui::Begin("##game", nullptr,
@@ -293,13 +296,17 @@ void draw_goals(const PanelContent& content, float top) {
     ImGui::TextColored(color_of_status(row.status), "%s", row.text.c_str());
   for (const std::string& row : signal_rows(game, state)) ImGui::TextColored(kWaits, "%s", row.c_str());
   for (const wire::GameEvent& event : content.io->game->last_events()) {
+    if (is_small) break;  // the messages above the hint show the texts too
     const Vec3 color = color_of(event, game);
     ImGui::TextColored(
         ImVec4(static_cast<float>(color.x()), static_cast<float>(color.y()), static_cast<float>(color.z()), 1), "%s",
         text_of(event, game).c_str());
   }
   draw_solutions(level, state.level());
-  if (may_choose(*content.io->joined)) draw_choices(content, game);
+  if (may_choose(*content.io->joined)) {
+    ImGui::SetNextItemOpen(!is_small, ImGuiCond_Once);
+    if (ImGui::CollapsingHeader("levels and gravity")) draw_choices(content, game);
+  }
   ImGui::PopTextWrapPos();
   ImGui::End();
 }

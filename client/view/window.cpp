@@ -167,7 +167,8 @@ void Window::Impl::handle_keys() {
 
 /// Closes help and dialogs. Without any of them, removes the selection of residues.
 void Window::Impl::handle_escape() {
-  if (!switches.shows_help && !menu.shows_invitations) molecules.clear();
+  const bool shows_invitations = menu.shows_invitations && !settings.invitations.empty();
+  if (!switches.shows_help && !shows_invitations) molecules.clear();
   switches.shows_help = menu.shows_invitations = false;
 }
 

@@ -17,7 +17,7 @@ FOLDERS = {
     "/usr/share/alsa/": "libasound2",
 }
 PROGRAMS = {"Xvfb": "xvfb", "xrdb": "x11-xserver-utils", "umockdev-wrapper": "umockdev", "lmp": "lammps", "gmx_d": "gromacs",
-            "ip": "iproute2", "mcs": "mono-mcs", "mono": "mono-runtime", "abidiff": "abigail-tools", "abidw": "abigail-tools", "cc": "gcc", "man": "man-db", "desktop-file-validate": "desktop-file-utils", "appstreamcli": "appstream", "unshare": "util-linux", "nsenter": "util-linux"}
+            "ip": "iproute2", "mcs": "mono-mcs", "mono": "mono-runtime", "abidiff": "abigail-tools", "abidw": "abigail-tools", "cc": "g++", "man": "man-db", "desktop-file-validate": "desktop-file-utils", "appstreamcli": "appstream", "unshare": "util-linux", "nsenter": "util-linux"}
 
 
 OPLS = "/usr/share/gromacs/top/oplsaa.ff"

@@ -256,6 +256,7 @@ print(json.dumps(has | {"__version__": None}))
         with open(os.path.join(self.prefix, "include/tandem/tandem.hpp"), encoding="utf-8") as hpp, \
                 open(os.path.join(self.prefix, "include/tandem/tandem.h"), encoding="utf-8") as h:
             known = set(re.findall(r"\w+", hpp.read() + h.read()))
+        known |= {"TANDEM_DATA", "TANDEM_WATCHDOG"}  # variables of the environment (common/base/folders.hpp, devices/watchdog.hpp)
         for recipe in ("UNREAL.md", "ROS2.md"):
             with open(os.path.join(SOURCE, "client", "embed", recipe), encoding="utf-8") as file:
                 text = file.read()

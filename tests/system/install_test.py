@@ -104,7 +104,7 @@ class Configuration(ProgramTest):
         text = text.replace('duration = "3600s"', 'duration = "200ms"').replace("json = false", "json = true")
         text = text.replace("/var/cache/tandem", self.path("cache")).replace("/var/lib/tandem", self.path("state"))
         # Removes options that name files which do not exist, depend on such an option, or end the program.
-        text = re.sub(r"^(cert|key|issuer|dev-certs|receptor|ligand|hydrogens|dielectric|cutoff|far-grid|force-field) = .*$", "", text, flags=re.M)
+        text = re.sub(r"^(cert|key|issuer|dev-certs|receptor|ligand|hydrogens|dielectric|cutoff|far-grid|force-field|on-call) = .*$", "", text, flags=re.M)
         config = self.write("all.conf", text)
         # The command line takes precedence over the file.
         code, out, err = run("tandem-server", "--config", config, "--port", "0")

@@ -138,6 +138,7 @@ class StartTest(WindowTest):
 
     def type(self, text, display=None):
         (display or self.display).do("type", "--delay", "25", text)
+        time.sleep(1.5)  # a key that follows in the same frame would be handled before the last letters
 
     def open_first_scene(self):
         self.click(self.width // 8, 150)

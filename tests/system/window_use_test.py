@@ -35,7 +35,7 @@ def is_arrow_button(r, g, b):
 
 def blocks(picture, is_it, shortest, longest, left=0.6):
     """Returns the centres of the blocks of one colour, from top to bottom. A block has a width in this range and a
-    height of at least ten pixels; it may contain text."""
+    height of at least ten pixels. Text may divide it into parts of different widths, which count as one block."""
     width_at = {x: length for x, _, length in picture.runs(is_it, left=left) if shortest <= length <= longest}
     found = []
     for x, width in width_at.items():
@@ -49,7 +49,11 @@ def blocks(picture, is_it, shortest, longest, left=0.6):
                 if y - first >= 10:
                     found.append((x + width / 2, (first + y) / 2))
                 first = None
-    return sorted(found, key=lambda place: place[1])
+    distinct = []
+    for x, y in sorted(found, key=lambda place: place[1]):
+        if not any(abs(x - other[0]) < shortest and abs(y - other[1]) < 10 for other in distinct):
+            distinct.append((x, y))
+    return distinct
 
 
 class UseTest(WindowTest):
