@@ -15,7 +15,7 @@ namespace tandem::client {
 
 struct Client::Made {
   std::unique_ptr<Rendering> rendering;
-  AssetLevel level = AssetLevel::kNone;  ///< resolution level of the assets from which the model was built
+  AssetLevel level = AssetLevel::kNone;  ///< level of the assets from which the model was built
   ContactShapes shapes;                  ///< shapes of the local model
   std::string problem;  ///< reason why the model that the stage needs could not be built; empty if there is no problem
 };
@@ -55,7 +55,7 @@ Client::Client(const ClientSettings& settings, devices::Device& device, ClientTr
   };
 }
 
-// Cancels a running build, so that the destructor of the future waits only for the current step of the build.
+// Cancels a running build. The destructor of the future then waits only for the current step of the build.
 Client::~Client() {
   call_off_making_.request_stop();
 }
@@ -116,8 +116,8 @@ void Client::begin_rendering() {
                      generation = session_.scene_generation(), stop = call_off_making_.get_token(),
                      at_point = settings_.at_point_of_making, joined = *session_.joined(), assets = session_.assets(),
                      shapes = shapes_]() mutable {
-    // A new thread inherits the real-time priority of its creator. At that priority, a build of up to a second would
-    // block the io thread.
+    // A new thread inherits the real-time priority of its creator, the io thread. A build takes up to a second, and at
+    // this priority it would block the io thread. So the priority is dropped.
     if (is_aside) realtime::drop_realtime();
     const CallOffScope scope(stop, at_point);
     auto made = std::make_unique<Made>();
@@ -152,7 +152,7 @@ void Client::begin_rendering() {
 }
 
 void Client::accept_made() {
-  // A running build for a previous scene is useless and is cancelled.
+  // A build that is still running for a previous scene is useless, so it is cancelled.
   if (making_.valid() && making_generation_ != session_.scene_generation()) call_off_making_.request_stop();
   if (!making_.valid() || making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   made_ = making_.get();
@@ -176,8 +176,8 @@ void Client::note_problem() {
   }
 }
 
-// offer() returns false as long as the haptic thread has not changed to the last offered rendering, because the
-// rendering before that one may still be in use. The next call tries again.
+// Offers the finished rendering. offer() returns false until the haptic thread has changed to the rendering offered
+// last, because until then an older rendering may be in use. In that case, the next call of hand_over() tries again.
 void Client::hand_over() {
   if (made_ == nullptr) return;
   const bool is_of_this_scene = made_->rendering->generation == session_.scene_generation();

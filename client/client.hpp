@@ -10,8 +10,8 @@
 //    (rendering method) needs: a local model, or the scene geometry for the proxy of stage "god-object". This takes up
 //    to a second for a large mesh.
 // 3. The model is handed over to the haptic thread together with its stage (client/haptics/rendering.hpp).
-// 4. Large assets arrive first at a coarse level. The model built from them is later replaced by one built from the
-//    full assets, which continues from the same state.
+// 4. Large assets arrive first at a coarse level. A model is built from them at once. When the full assets have
+//    arrived, it is replaced by a model built from them, which continues from the same state.
 // 5. A newly selected stage is built in the same way. The previous stage is displayed until then.
 #pragma once
 
@@ -33,8 +33,8 @@ struct ClientSettings {
   HapticSettings haptics{};
   SessionSettings session{};
   LocalModelSettings local_model{};
-  /// True: local models and proxy worlds are built on a separate thread. False: the io thread builds them at once, as
-  /// needed in virtual time.
+  /// True: local models and proxy worlds are built on a separate thread. False: the io thread builds them within its
+  /// call, which is needed in virtual time.
   bool makes_models_aside = false;
   /// Called by the building thread at each point where the build can be cancelled; for tests only.
   std::function<void(const std::stop_token& stop)> at_point_of_making{};
@@ -51,12 +51,13 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Returns the core. The caller must call the core's tick() every millisecond; Client::poll() calls its service().
+  /// Returns the haptic core. The caller must call tick() of the core every millisecond. Client::poll() calls service()
+  /// of the core.
   /// Thread  haptic
   HapticCore& haptics() { return core_; }
   const HapticCore& haptics() const { return core_; }
-  /// Returns the session. The transport must call its on_… functions, and Client::poll() calls its poll(). The callback
-  /// on_assets is reserved for the client.
+  /// Returns the session. The transport must call the session's on_… functions. Client::poll() calls poll() of the
+  /// session. The callback on_assets of the session is used by this class, so it must not be set.
   /// Thread  io
   ClientSession& session() { return session_; }
   const ClientSession& session() const { return session_; }
@@ -68,17 +69,18 @@ class Client {
   /// Fails   std::invalid_argument: see set_stage()
   /// Thread  io
   void send(const ClientCommand& command, LocalTime now);
-  /// Selects a stage and a predictor, and switches the passivity controller, without a step of the force. First the
-  /// assets of the stage are fetched and its model is built. If the stage cannot display the current scene, the
-  /// previous stage remains and stage_note() gives the reason.
+  /// Selects a stage and a predictor, and switches the passivity controller, all without a step of the force. The new
+  /// stage is used once its assets are fetched and its model is built. If the stage cannot display the current scene,
+  /// the previous stage remains in use, and stage_note() gives the reason.
   /// Fails   std::invalid_argument: see the constructor of HapticCore; in this case nothing changes
   /// Thread  io
   void set_stage(const StageSettings& stage);
   /// Returns the stage that was requested last. It may not be in use yet.
   /// Thread  io
   const StageSettings& stage() const { return settings_.haptics.stage; }
-  /// Returns why the last build of a local model or proxy world failed; empty if it succeeded. Without a local model
-  /// the stage displays "late-pose"; without a proxy world it displays no force.
+  /// Returns the reason why the last build of a local model or proxy world failed; empty if it succeeded. After a
+  /// failure, a stage that needs a local model displays "late-pose", and the stage that needs a proxy world displays no
+  /// force.
   /// Thread  io
   const std::string& model_problem() const { return model_problem_; }
   /// Returns a line of text for the user about how the current scene is displayed; may be empty.
@@ -110,7 +112,7 @@ class Client {
   HapticCore core_;
   ClientSession session_;
   std::stop_source call_off_making_;
-  std::uint32_t making_generation_ = 0;  ///< generation of the scene that is being built
+  std::uint32_t making_generation_ = 0;  ///< generation of the scene for which the running build is made
   std::future<std::unique_ptr<Made>> making_;
   std::unique_ptr<Made> made_;    ///< finished build that is not yet handed over
   ContactShapes shapes_;          ///< shapes of the last local model; the next local model reuses equal shapes

@@ -7,8 +7,8 @@
 namespace tandem::devices {
 namespace {
 
-// Converts an ASCII letter to lower case, independently of the locale, so that a profile file has the same meaning on
-// every machine.
+// Converts an ASCII letter to lower case. Unlike std::tolower() it does not depend on the locale, so that a profile
+// file has the same meaning on every machine.
 char lower(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }

@@ -10,9 +10,10 @@
 namespace tandem::devices {
 namespace {
 
-/// Window of the adaptive velocity estimator [s]: √(12 s / a), the time over which a line fits the positions to within
-/// one encoder step s. The acceleration a is that of an oscillation of 30 Hz with an amplitude of 20 s, which a user
-/// can feel. An oscillation that is too small to be felt does not grow.
+/// Averaging time of the adaptive velocity estimator [s]. During an oscillation with acceleration a, the estimator can
+/// fit a line to positions with encoder step s over the time √(12 s / a).
+/// a is that of an oscillation of 30 Hz with an amplitude of 20 s, the smallest that a user can feel. Smaller
+/// oscillations need not be considered: they are not felt, and they do not grow.
 constexpr double kWindowOfSteps_s = 0.004;
 
 int velocity_window(const SourcedLimit& step, double rate_hz) {

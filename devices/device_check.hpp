@@ -1,5 +1,5 @@
-// Stability of a coupling law on a device. It derives the inputs of the stability check
-// (common/haptics/coupling/stability.hpp) from the device's profile and from the way a room uses the law.
+// Stability of a coupling law on a device: computes the inputs of the stability check
+// (common/haptics/coupling/stability.hpp) from the profile of the device and the parameters that a room uses.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace tandem::devices {
 
-/// Returns the properties of the device for the check of the coupling loop, converted by the scene's workspace mapping.
+/// Returns the properties of the device that the stability check needs, converted by the scene's workspace mapping.
 haptics::LoopDevice loop_device(const DeviceProfile& profile, const WorkspaceMapping& workspace = {});
 
 /// Parameters of a coupling as a room uses them; input of check_coupling().
@@ -19,15 +19,17 @@ struct LoopCoupling {
   haptics::CouplingParameters parameters;
   double tool_mass_kg = 0;
   double tool_inertia_kg_m2 = 0;
-  double slope_factor = 1;  ///< maximum slope of the law relative to its stiffness; 0: the law closes no loop
+  double slope_factor = 1;  ///< maximum slope of the force curve divided by its stiffness; 0: no loop
 };
-/// Returns the parameters for check_coupling(). For a law with a massless tool, mass and damping of the free tool are
-/// 0; those of a held body are kept. For a law without coupling, stiffness and damping are 0, for which the check
-/// reports nothing.
+/// Returns the parameters that check_coupling() needs. Three cases differ from the given values:
+/// * Law with a massless tool, no body held: tool mass and damping are 0.
+/// * Law with a massless tool, a body held: all values are kept.
+/// * Law without coupling: stiffness and damping are 0, so the check reports nothing.
 LoopCoupling loop_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters,
                            double mass_kg, double inertia_kg_m2, bool is_held_body = false);
 
-/// Returns a warning if the law is not passive for any coefficients, or nothing for a passive law.
+/// Returns a warning if the law may supply energy to the hand, whatever its coefficients are. Returns nothing for a
+/// passive law.
 std::optional<haptics::StabilityFinding> find_active_law(const haptics::CouplingLawInfo& law);
 
 }  // namespace tandem::devices

@@ -23,8 +23,8 @@ namespace json = boost::json;
 
 constexpr std::size_t kMaxProfiles = 1000;
 constexpr std::size_t kCoefficients = 4;
-// Bounds that replace unverified values: those of the softest devices with and without torque in the device table of
-// CHAI3D 3.2 (PHANTOM Premium 1.5 6DOF and Touch).
+// Bounds that are used if the values of a device are unverified. They are those of the softest devices with and without
+// torque in the device table of CHAI3D 3.2 (PHANTOM Premium 1.5 6DOF and Touch).
 constexpr haptics::CouplingParameters kUnverifiedBounds{.stiffness_n_per_m = 400,
                                                         .damping_n_s_per_m = 4,
                                                         .stiffness_n_m_per_rad = 0.3,
@@ -32,11 +32,11 @@ constexpr haptics::CouplingParameters kUnverifiedBounds{.stiffness_n_per_m = 400
                                                         .force_limit_n = 2.0,
                                                         .torque_limit_n_m = 0.1};
 
-// The scene determines the shape of the force curve. A device does not restrict the shape, so its bounds are the
-// largest permitted values.
+// Bounds of the parameters for the shape of the force curve: the largest permitted values. The scene chooses the shape,
+// and a device does not restrict it.
 constexpr haptics::CouplingParameters kShapes{.saturation_softness = 1.0, .curve_sharpness = 10.0};
 
-/// A value with its source, as in the file: {"value": 3.3, "source": "…"}.
+/// A field of a profile file that has a value and its source: {"value": 3.3, "source": "…"}.
 struct ValueField {
   const char* name;
   SourcedLimit DeviceProfile::*member;
@@ -55,8 +55,8 @@ constexpr std::array kValues{
     ValueField{"position_step_m", &DeviceProfile::position_step_m, 0.01, false},
     ValueField{"rotation_step_rad", &DeviceProfile::rotation_step_rad, 0.1, false},
 };
-// Ratio of reach_m to the diagonal of the workspace. It exceeds 1, because the origin of the base frame may be anywhere
-// in the workspace, and because the reachable space is often larger than the workspace.
+// Ratio of reach_m to the diagonal of the workspace, for two reasons above 1. The origin of the base frame may be
+// anywhere in the workspace, and the reachable space is often larger than the workspace.
 constexpr double kReachOfWorkspace = 1.5;
 constexpr double kMaxForce_n = 1000;
 constexpr double kMaxTorque_n_m = 100;
@@ -113,15 +113,15 @@ std::string text_of(double value) {
   return text.str();
 }
 
-/// A cubic polynomial of a fit, with its name and the largest permitted value.
+/// A cubic polynomial of a fit, with its name for messages and the largest permitted value.
 struct FittedCubic {
   const char* name;
   const haptics::Cubic& cubic;
   double most;
 };
 
-/// Refuses a pair of polynomials that gives a negative or too large value anywhere in the range. Later code uses the
-/// fit without checks.
+/// Refuses a stiffness and a damping polynomial if one of them is negative or too large anywhere in the range. The
+/// check is made here, because later code uses the fit without checks.
 void check_pair(const JsonFields& fit, const std::pair<double, double>& range, const FittedCubic& stiffness,
                 const FittedCubic& damping) {
   constexpr int kStiffnessSamples = haptics::kFitSamples;
@@ -192,8 +192,8 @@ DeviceProfile profile_of(JsonFields profile, const std::string& origin) {
   return result;
 }
 
-/// Returns the path of the profile for messages, which contains the profile's name. Fails if the name is missing or
-/// invalid.
+/// Returns the path of a profile within its file for messages: it contains the profile's name. Fails if the name is
+/// missing or invalid.
 std::string path_of(const json::value& profile, std::size_t index, const std::string& origin) {
   const std::string by_index = "profiles[" + std::to_string(index) + "]";
   JsonFields fields(profile, origin, by_index);
@@ -333,12 +333,12 @@ haptics::CouplingParameters coupling_bounds(const DeviceProfile& profile) {
   haptics::CouplingParameters bounds = kShapes;
   bounds.stiffness_n_per_m = verified_or(profile.stiffness_maximum_n_per_m, soft.stiffness_n_per_m);
   bounds.damping_n_s_per_m = verified_or(profile.damping_maximum_n_s_per_m, soft.damping_n_s_per_m);
-  // The bound must not exceed the software limit of the device. Otherwise the writer would clamp the force on the hand,
-  // while the tool would be pulled with the full force.
+  // The bound must not exceed the software limit of the device. Otherwise the coupling would pull the tool with a force
+  // that the hand does not feel, because DeviceWriter clamps it.
   bounds.force_limit_n =
       std::min(verified_or(profile.spec.force_maximum_n, soft.force_limit_n), profile.spec.force_limit_n);
-  // On a device without torque, the following values have no effect on the hand. They affect only the tool, which the
-  // coupling pulls.
+  // On a device without torque, the three values below act only on the tool, which the coupling pulls; the hand feels
+  // nothing of them.
   bounds.stiffness_n_m_per_rad = soft.stiffness_n_m_per_rad;
   bounds.damping_n_m_s_per_rad = soft.damping_n_m_s_per_rad;
   bounds.torque_limit_n_m = soft.torque_limit_n_m;

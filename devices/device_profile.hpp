@@ -34,8 +34,8 @@ struct DeviceProfile {
   SourcedLimit position_step_m;  ///< resolution of the reported position; 0: exact
   SourcedLimit rotation_step_rad;
   double rate_hz = 1000;                         ///< rate of the haptic loop with this device [Hz]
-  std::optional<haptics::AdaptiveFit> adaptive;  ///< result of a calibration; empty: not calibrated
-  std::string adaptive_source;  ///< how the calibration was made, e.g. "tandem-lab calibrate --device omega.6"
+  std::optional<haptics::AdaptiveFit> adaptive;  ///< result of the calibration; empty: not calibrated
+  std::string adaptive_source;  ///< method of the calibration, e.g. "tandem-lab calibrate --device omega.6"
 
   /// Returns whether the device can display torque.
   bool has_torque() const { return spec.has_torque(); }
@@ -45,7 +45,7 @@ struct DeviceProfile {
 /// Fails   std::invalid_argument: the message names file, profile, field, value and remedy
 std::vector<DeviceProfile> load_device_profiles(const std::filesystem::path& file);
 std::vector<DeviceProfile> parse_device_profiles(std::string_view json, const std::string& origin);
-/// Returns the text of a file with these profiles, each value on a separate line. Reading it gives identical values.
+/// Returns the text of a profile file with these profiles, one value a line. Parsing the text gives identical values.
 std::string device_profiles_text(const std::vector<DeviceProfile>& profiles);
 
 /// Returns the path of the profile file: the environment variable TANDEM_DEVICE_PROFILES if it is set, otherwise
@@ -58,12 +58,12 @@ std::filesystem::path shipped_device_profiles();
 ///         load_device_profiles()
 DeviceProfile find_device_profile(std::string_view name);
 
-/// Returns the parameters of a hand that holds this device. Mass, inertia and damping of the device are added to those
-/// of the hand. The coarser encoder step of both is used.
+/// Returns the parameters of `hand` while it holds this device. Mass, inertia and damping of the device are added to
+/// those of the hand. The encoder step is the larger one of `hand` and device.
 HandParameters holding(const HandParameters& hand, const DeviceProfile& profile);
 
-/// Returns upper bounds of the coupling for this device, in newtons and metres of the device. An unverified stiffness
-/// or damping is limited to the value of the softest verified device.
+/// Returns upper bounds of the coupling for this device, in newtons and metres of the device (before workspace
+/// scaling). An unverified stiffness or damping is limited to the value of the softest verified device.
 haptics::CouplingParameters coupling_bounds(const DeviceProfile& profile);
 
 }  // namespace tandem::devices

@@ -10,12 +10,12 @@ namespace {
 // Maximum age of a sample. It equals the limit for a late tick of the haptic loop (SafetySettings::late_tick).
 constexpr Duration kMaxAge = std::chrono::milliseconds(20);
 constexpr double kMaxNormError = 1e-3;
-// Minimum time between two samples in the computation of speed. Otherwise an encoder step between two quick reads would
-// look like a jump.
+// Minimum time between two samples in the computation of speed. With a shorter time, an encoder step between two quick
+// reads would appear as a jump.
 constexpr double kMinGap_s = 0.001;
 constexpr double kSpeedMargin = 3;
-// Maximum plausible angular speed; our choice. A wrist rotates at up to about 20 rad/s, and an encoder step of 0.1 rad
-// within a millisecond gives 100 rad/s.
+// Maximum plausible angular speed; our choice. It must exceed two values: a wrist rotates at up to about 20 rad/s, and
+// an encoder step of 0.1 rad within a millisecond gives 100 rad/s.
 constexpr double kMaxReadTurn_rad_per_s = 300;
 
 // Returns whether value ≤ most; false for a NaN.

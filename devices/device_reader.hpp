@@ -9,15 +9,15 @@ namespace tandem::devices {
 ///
 /// Model   A sample is plausible if the device is ready, marks it valid, and all of the following holds:
 ///         finite   pose and twist are finite
-///         age      |now − taken| ≤ 20 ms: a time stamp that does not advance means that the device hangs
+///         age      |now − taken| ≤ 20 ms; an older sample means that the device no longer responds
 ///         rotation ||q| − 1| ≤ 10⁻³
 ///         position |p| ≤ DeviceSpec::reach_m
-///         speed    |v|, and the displacement since the previous sample divided by the time, are ≤ 3 ·
-///                  DeviceSpec::speed_limit_m_per_s. For rotations the limit is 300 rad/s. Between one and three times
-///                  the speed limit the hand is too fast, and the safety chain removes the force
-///                  (common/haptics/safety.hpp). Above it, the sample counts as wrong
-///         The previous sample is the last finite one, plausible or not. So a single wrong sample invalidates two
-///         samples.
+///         speed    |v| ≤ 3 · DeviceSpec::speed_limit_m_per_s, and the same limit for the displacement since the
+///                  previous sample divided by the time; for rotations the limit is 300 rad/s
+///         Two limits of speed: above the speed limit itself, the hand is too fast, and the safety chain removes the
+///         force (common/haptics/safety.hpp). Above three times this limit, the sample counts as wrong.
+///         The previous sample is the last finite one, plausible or not. A single wrong sample therefore invalidates
+///         two samples: itself and the one after it, which differs from it by a jump.
 /// Thread  haptic: no allocation, no throw
 class DeviceReader {
  public:

@@ -1,5 +1,4 @@
-// The last stage before a device. All commands pass through this class, so no device class can omit the check of the
-// limits.
+// Last stage before a device. All commands pass through this class, so the limits are checked for every device.
 #include "devices/device_writer.hpp"
 
 #include <cmath>
@@ -9,8 +8,8 @@
 namespace tandem::devices {
 namespace {
 
-// Maximum software limits of a device whose maximum is unverified. Our choice, far below the maximum of every listed
-// device.
+// Largest software limits that are permitted for a device whose maximum is unverified. They are our choice, far below
+// the maximum of every listed device.
 constexpr double kUnverifiedForce_n = 2.0;
 constexpr double kUnverifiedTorque_n_m = 0.1;
 
@@ -69,7 +68,7 @@ bool DeviceWriter::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept
   const bool is_good = is_finite(wrench_on_hand_D);
   const Wrench wanted = is_good ? wrench_on_hand_D : Wrench{};
   const Wrench command{clamped_to_length(wanted.f, force_limit_n_), clamped_to_length(wanted.t, torque_limit_n_m_)};
-  // For a device without force or torque, replacing that part by zero does not count as clamping.
+  // A device without force or torque always displays zero there; this does not count as clamping.
   was_clamped_ =
       !is_good || (force_limit_n_ > 0 && command.f != wanted.f) || (torque_limit_n_m_ > 0 && command.t != wanted.t);
   if (device_.has_released_force()) {

@@ -17,8 +17,8 @@ bool is_at_least_zero(double value) {
   return std::isfinite(value) && value >= 0;
 }
 
-// Returns whether the integration is accurate at its largest time step h. It is stable for ω·h < 2. For ω·h < 0.3, the
-// frequency of an oscillation is accurate to 0.4 %.
+// Returns whether the integration is accurate at its largest time step h. ω is the natural frequency √(stiffness /
+// inertia). The integration is stable for ω·h < 2; for ω·h < 0.3 its frequency is accurate to 0.4 %.
 bool can_be_stepped(double stiffness, double inertia) {
   return std::sqrt(stiffness / inertia) * HandDynamics::kMaxStep_s < 0.3;
 }
@@ -39,7 +39,8 @@ void check_parameters(const HandParameters& hand) {
         "0 or more, and sqrt(stiffness / inertia) below 3000 rad/s");
 }
 
-/// Effect of a damper over a time step: remaining fraction of the speed, and speed gained per newton of constant force.
+/// Effect of a damper over one time step under a constant force: the fraction of the speed that remains, and the speed
+/// gained per newton.
 struct Decay {
   double kept;
   double speed_per_force;
@@ -57,12 +58,13 @@ HandDynamics::HandDynamics(const HandParameters& hand, const Pose& X_DH) : hand_
   check_parameters(hand_);
 }
 
-// Advances the hand by half a step, applies the force at that position, and advances by the second half. Under a
-// constant force, position and speed are exact, so the maximum stiffness of a sampled spring is that of the physical
-// system. The damper is integrated exactly over the whole step h, while the force is constant:
+// Advances the hand by one time step h, in three parts: half a step of motion, the change of speed by the force at that
+// position, and the second half of the motion. Under a constant force, position and speed are exact. The stiffest
+// spring that remains stable is therefore the same as for the physical system.
+// The change of speed solves the equation of the damper exactly for a constant force, which is stable for any damping:
 //   v⁺ = d v + (1 − d) (K e + B v_intended + f) / B  with  d = e^(−h B/m)
-// v, v⁺: speed before and after the step; m: mass; B: damping; K: stiffness; e: distance to the intended position; f:
-// force of the device. This is stable for any damping.
+// v, v⁺: speed before and after the step; m: mass; B: damping; K: stiffness; e: distance to the intended position;
+// f: force of the device
 void HandDynamics::advance(const Pose& intended, const Twist& intended_rate, const Wrench& on_hand_D,
                            const Vec3& more_D, double dt_s) noexcept {
   X_DH_ = integrate(X_DH_, V_DH_, dt_s / 2);

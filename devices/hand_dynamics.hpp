@@ -8,8 +8,8 @@ namespace tandem::devices {
 
 /// The hand: a mass with a damper and a spring to the intended pose, with coefficients from HandParameters.
 ///
-/// Model   leapfrog integration with steps of at most 0.1 ms; the damping is integrated exponentially, so that any
-///         value is stable
+/// Model   leapfrog integration with steps of at most 0.1 ms. The damping is integrated exactly (as an exponential), so
+///         that the integration is stable for any damping
 class HandDynamics {
  public:
   static constexpr double kMaxStep_s = 1e-4;
@@ -18,8 +18,9 @@ class HandDynamics {
   /// Fails   std::invalid_argument: the message names the parameter, its value and the remedy
   HandDynamics(const HandParameters& hand, const Pose& X_DH);
 
-  /// In      on_hand_D, more_D  wrench on the hand, and an additional force on it
-  ///         dt_s               time step, at most kMaxStep_s
+  /// In      on_hand_D  wrench of the device on the hand
+  ///         more_D     additional force on the hand
+  ///         dt_s       time step, at most kMaxStep_s
   void advance(const Pose& intended, const Twist& intended_rate, const Wrench& on_hand_D, const Vec3& more_D,
                double dt_s) noexcept;
   const Pose& pose() const { return X_DH_; }

@@ -6,10 +6,10 @@ namespace tandem::devices {
 /// The hand and the held device, modelled as one mass–damper–spring system in each of six directions.
 ///
 /// Model   m ẍ = K (x_intended − x) + B (ẋ_intended − ẋ) + f_device + tremor; the rotational equation has the same form
-/// Source  0.3 kg and 200 N/m: a light grip, as used in this project's delay studies. The damping ratio of 0.37 is that
-///         of the typical trial in "Haptic perception of force magnitude and its relation to postural arm dynamics in
-///         3D", Scientific Reports 5, 18004 (2015), fig. 3: 0.554 kg, 6.45 N·s/m, 135 N/m. The rotational parameters
-///         are our choice: a handle of the size of a stylus, 7 Hz, damping ratio 0.56
+/// Source  0.3 kg and 200 N/m: a light grip, as used in the delay studies of this project.
+///         Damping: the ratio 0.37 of the typical trial in "Haptic perception of force magnitude and its relation to
+///         postural arm dynamics in 3D", Scientific Reports 5, 18004 (2015), fig. 3 (0.554 kg, 6.45 N·s/m, 135 N/m).
+///         Rotation: our choice, for a handle of the size of a stylus: 7 Hz, damping ratio 0.56
 struct HandParameters {
   double mass_kg = 0.3;
   double stiffness_n_per_m = 200.0;

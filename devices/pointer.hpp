@@ -1,4 +1,4 @@
-// Target pose for the hand of the device "mouse", set by a window with the mouse, or by the commands of a script.
+// Target pose for the hand of the device "mouse". A window sets it from the user's mouse, or a script by its commands.
 #pragma once
 
 #include <cstdint>

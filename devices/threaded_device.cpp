@@ -10,11 +10,11 @@ namespace tandem::devices {
 namespace {
 
 constexpr Duration kMaxCommandAge = std::chrono::milliseconds(20);  // maximum age of a command, equal to SafetyChain's
-// Number of zeros sent at the end. One is not enough, because the device may lose the last packets.
+// Number of zeros sent to the device at the end. More than one is needed, because the device may lose the last packets.
 constexpr int kLastZeros = 3;
 constexpr Duration kRetryPeriod = std::chrono::seconds(1);
 constexpr Duration kWhileAbsent = std::chrono::milliseconds(5);
-// Minimum duration of a step, so that a fast device does not occupy a core at the priority of the haptic thread.
+// Minimum duration of a step. It prevents a fast device from occupying a core at the priority of the haptic thread.
 constexpr Duration kMinStep = std::chrono::microseconds(500);
 
 bool is_zero(const Wrench& wrench) {
@@ -75,7 +75,7 @@ bool ThreadedDevice::has_released_force() noexcept {
 }
 
 void ThreadedDevice::run(int realtime_priority) {
-  // The result is ignored: the haptic thread makes the same requests and reports those that are not granted.
+  // The result is ignored, because the haptic thread makes the same requests and reports those that were not granted.
   static_cast<void>(realtime::request_realtime(realtime_priority));
   while (!should_stop_.load(std::memory_order_relaxed)) {
     if (watchdog_) watchdog_->begin_command();

@@ -3,12 +3,13 @@
 //   haptic thread   write() ──▶ newest command ──▶  device thread   driver.step(now, command)
 //                   read()  ◀── newest sample  ◀──                  waits for the device, at most about 10 ms
 //
-// 1. A command older than 20 ms means that the haptic loop hangs; the driver then receives zero. This continues until
-//    the loop has called has_released_force(), so that the loop restarts its force from zero.
-// 2. If the driver hangs, no new samples arrive. DeviceReader treats the growing age of the last one as a fault.
-// 3. If the program is stopped or killed, the watchdog, if there is one, writes zero. This zero also replaces a command
-//    that the loop chose before it was informed of the zero.
-// 4. The destructor sends zero to the driver before the driver is closed.
+// Behaviour if a part fails:
+// 1. The haptic loop hangs: when its last command is older than 20 ms, the driver receives zero instead. The zero
+//    remains until the loop has called has_released_force(), so that the loop restarts its force from zero.
+// 2. The driver hangs: no new samples arrive. DeviceReader treats the growing age of the last sample as a fault.
+// 3. The program is stopped or killed: the watchdog, if there is one, writes zero. Commands that the loop chose before
+//    it was informed of this zero are replaced by zero, too.
+// 4. The device is destroyed: the destructor sends zero to the driver before the driver is closed.
 #pragma once
 
 #include <atomic>
@@ -23,31 +24,31 @@
 
 namespace tandem::devices {
 
-/// Opens a device, homes it, exchanges data with it and reopens it, step by step at each call of step(). A driver has
-/// no thread and no clock.
+/// Opens a device, homes it, exchanges data with it, and reopens it after a loss. Each call of step() executes one step
+/// of this work. A driver has no thread and no clock.
 ///
 /// Thread  the thread of the device
 class DeviceDriver {
  public:
   virtual ~DeviceDriver() = default;
   virtual const DeviceSpec& spec() const noexcept = 0;
-  /// Exchanges data with the device once, or performs one step towards an exchange. Waits at most 20 ms. Displays zero
+  /// Exchanges data with the device once, or performs one step of opening or homing. Waits at most 20 ms. Displays zero
   /// force unless the device is ready.
   virtual DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) = 0;
-  /// Returns whether the device may display a force: a force was sent, and no zero has been delivered since. A force in
-  /// transit, or one whose transfer failed, counts as delivered. A zero in transit, or one whose transfer failed, does
-  /// not.
+  /// Returns whether the device may display a force: a force was sent, and no zero has been delivered since. In doubt
+  /// the result is true: a force counts as delivered, and a zero as not delivered, while the transfer is pending or if
+  /// it has failed.
   virtual bool may_be_on() const noexcept = 0;
 };
 
 /// State of a disconnected device, for use in its driver. It schedules connection attempts and stores the reason of the
-/// absence. A device that was connected before is reported as lost, with the reason of the loss. Any other device is
-/// reported as opening.
+/// absence. A device that was connected before is reported as lost, any other device as opening.
 class Absence {
  public:
-  /// Returns whether to try to connect now: at the first call, and then one second after each loss or attempt.
+  /// Returns whether to try to connect now. It returns true at the first call, and then a second after each loss or
+  /// each earlier attempt.
   bool is_attempt_due(LocalTime now) noexcept;
-  /// Records that the device was connected; its next disconnection is a loss.
+  /// Records that the device is connected. After this call, a disconnection is reported as a loss.
   void end() noexcept { was_connected_ = true; }
   /// Records that the device has disconnected.
   void begin(LocalTime now, std::string_view reason) noexcept;
@@ -68,7 +69,7 @@ class Absence {
 class ThreadedDevice final : public Device {
  public:
   /// In      realtime_priority  see request_realtime()
-  ///         watchdog           receives a sign of life (beat) for each command; null: no watchdog
+  ///         watchdog           watchdog of the device; receives a sign of life (beat) for each command; may be null
   explicit ThreadedDevice(std::unique_ptr<DeviceDriver> driver, int realtime_priority = 0,
                           std::shared_ptr<Watchdog> watchdog = nullptr);
   /// Sends zero to the driver and ends the thread.
@@ -95,9 +96,9 @@ class ThreadedDevice final : public Device {
   realtime::Mailbox<DeviceSample> samples_;
   realtime::Mailbox<std::pair<LocalTime, Wrench>> commands_;  ///< commands, each with the time of its write()
   std::atomic<bool> should_stop_{false};
-  /// Whether zero has replaced a force without the haptic loop having been informed
+  /// True: a zero has replaced a force, and the haptic loop was not informed of it yet (has_released_force())
   std::atomic<bool> gave_zero_{false};
-  std::atomic<bool> may_be_on_{false};  ///< true: the device, or a command in transit to it, may have a force
+  std::atomic<bool> may_be_on_{false};  ///< true: the device may display a force, or a force is in transit to it
   std::thread thread_;
 };
 

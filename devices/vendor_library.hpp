@@ -1,5 +1,5 @@
-// A vendor's SDK that the user has installed. It is loaded at run time and used through declarations written for this
-// project, because neither the SDK's headers nor its library may be distributed.
+// A vendor's SDK that the user has installed. Neither its headers nor its library may be distributed with this project.
+// The library is therefore loaded at run time, and its functions are declared in this project.
 #pragma once
 
 #include <filesystem>
@@ -13,12 +13,12 @@ namespace tandem::devices {
 inline constexpr std::string_view kSdkLost =
     "its maker's SDK cannot reach it any more; check its cable and its power supply";
 
-/// A shared library that is never unloaded, because vendors' libraries start threads that would outlive the unloading.
+/// A shared library that is never unloaded. Vendors' libraries start threads, which would crash after the unloading.
 class VendorLibrary {
  public:
-  /// In      sdk      name for display: "Force Dimension SDK"
+  /// In      sdk      name of the SDK for display, e.g. "Force Dimension SDK"
   ///         given    file of the library; empty: the first of `usual` that the system finds
-  ///         setting  how the message names the setting that gives the file
+  ///         setting  name of the setting that gives the file, for the error message
   /// Fails   std::runtime_error: no library was found; the message names the setting
   VendorLibrary(std::string sdk, const std::filesystem::path& given, const std::vector<std::string>& usual,
                 const std::string& setting = "--library");

@@ -40,7 +40,7 @@ std::string hex(std::span<const std::uint8_t> bytes) {
 }
 
 /// Descriptors that a child process inherits under fixed numbers. Each descriptor is first copied to a number above all
-/// fixed numbers, so that none is overwritten before it is duplicated.
+/// fixed numbers. Otherwise the copy of one descriptor could overwrite another that is not copied yet.
 class Inherited {
  public:
   Inherited() { posix_spawn_file_actions_init(&actions); }
@@ -163,8 +163,8 @@ void Watchdog::await_end() {
   }
   if (ended == 0) ending_.push_back(process_);
   process_ = -1;
-  // A killed watchdog did not write zero, so zero is written here. It is omitted after an incomplete frame, because it
-  // would corrupt the stream.
+  // A killed watchdog has not written zero, so this process writes it. Exception: if a frame is incomplete, the bytes
+  // of the zero would become part of that frame and corrupt the stream.
   const bool was_killed = ended > 0 && WIFSIGNALED(status);
   const bool is_between_frames = !beat_->is_in_frame.load(std::memory_order_acquire);
   if (was_killed && is_between_frames && beat_->is_force_on.load(std::memory_order_relaxed)) send_zero(zero_);

@@ -12,17 +12,20 @@
 //    stopped. It could not open the device itself, because the kernel grants a claimed USB interface to one open file.
 //    After the owner has ended, the inherited descriptor keeps the interface claimed, or the socket connected, until
 //    zero is written.
-// 2. The watchdog is a separate program, so it shares no memory, threads or signals with this one (except for the
-//    shared memory above). It runs in a separate session, so that signals of a terminal do not reach it.
-// 3. It acts only while a force is displayed, because opening, homing and zero force may involve long pauses.
-// 4. A zero counts as written when the device has accepted it. Otherwise it is retried while the owner exists, and for
-//    10 s after the owner has ended. If the owner resumes before the first byte of the zero is sent, the zero is
+// 2. The watchdog is a separate program. Apart from the memory shown above, it shares no memory, threads or signals
+//    with this process. It runs in a separate session, so that signals of a terminal do not reach it.
+// 3. The watchdog writes zero only if a force is displayed. Without a force, long pauses between beats are normal, for
+//    example during opening and homing.
+// 4. A zero counts as written when the device has accepted it. Until then it is retried: while the owner exists, and
+//    for 10 s after the owner has ended. If the owner resumes before the first byte of the zero is sent, the zero is
 //    cancelled.
-// 5. Frames must be written completely or not at all. USB transfers, and writes of up to PIPE_BUF bytes to a pipe, are
-//    atomic, so the owner performs them itself. On a TCP stream a write may be partial, and an owner that is killed or
-//    stopped during a write leaves an unknown part of its frame. So all frames for a TCP stream pass through the
-//    watchdog (send()), which completes each frame before the next. If the owner sent a force before it was informed of
-//    a zero, the watchdog replaces that force by zero (`releases` serves as the fencing token).
+// 5. Frames must be written completely or not at all.
+//    * USB transfers, and writes of up to PIPE_BUF bytes to a pipe, are atomic. The owner performs them itself.
+//    * On a TCP stream a write may be partial: an owner that is killed or stopped during a write leaves an unknown part
+//      of its frame. Therefore all frames for a TCP stream pass through the watchdog (send()), which completes each
+//      frame before the next.
+// 6. An owner that resumes may send a force that it chose before it was informed of a zero. The watchdog replaces this
+//    force by zero. It recognises the force by the number `releases` in its packet (a fencing token).
 #pragma once
 
 #include <sys/types.h>
@@ -55,15 +58,15 @@ bool send_zero(const ZeroCommand& zero) noexcept;
 struct WatchdogBeat {
   std::atomic<std::int64_t> at_ns{0};  ///< time of the last beat [ns], as LocalTime
   std::atomic<bool> is_force_on{false};
-  std::atomic<std::uint32_t> releases{0};  ///< number of beat gaps in which the device accepted a zero
+  std::atomic<std::uint32_t> releases{0};  ///< number of silences of the owner in which a zero was accepted
   std::atomic<std::uint32_t> written{0};   ///< number of the last command of send() that was written to the device
-  std::atomic<bool> is_in_frame{false};    ///< true while a frame may be partly written
+  std::atomic<bool> is_in_frame{false};    ///< true while a frame may be written only in part
 };
 
 /// Header of each packet that send() sends to the watchdog; the bytes of the frame follow it.
 struct WatchdogFrameHead {
-  std::uint32_t number = 0;  ///< number of the command; 0: the frame is a reply required by the protocol
-  /// Value of WatchdogBeat::releases that the owner had read when it chose the force
+  std::uint32_t number = 0;  ///< number of the command; 0: no command, but a reply that the protocol requires
+  /// Value of WatchdogBeat::releases that the owner had read before it chose the force of this command
   std::uint32_t known_releases = 0;
   std::uint32_t is_force_on = 0;
 };
@@ -87,31 +90,33 @@ class Watchdog {
   /// Starts a watchdog process for this zero command, after ending the previous process. Returns false if the process
   /// could not be started.
   bool watch_over(const ZeroCommand& zero);
-  /// Ends the watchdog process. If a force is displayed, the process first writes zero. Call it before the descriptor
-  /// is closed. It waits up to 0.5 s. If the device accepts nothing, the process continues alone for up to 10 s.
+  /// Ends the watchdog process, and waits for its end for up to 0.5 s. If a force is displayed, the process first
+  /// writes zero. If the device accepts nothing, the process continues alone for up to 10 s. Call this function before
+  /// the descriptor of the device is closed.
   void release();
 
-  /// Must be called before a command is chosen. If the watchdog writes zero after this call, the chosen command counts
-  /// as obsolete.
+  /// Must be called before the haptic loop's command is chosen. If the watchdog writes zero after this call, the chosen
+  /// command counts as obsolete.
   /// Thread  the thread that sends the commands
   void begin_command() noexcept { known_releases_ = seen_.load(std::memory_order_acquire); }
   bool is_command_obsolete() const noexcept {
     return beat_->releases.load(std::memory_order_acquire) != known_releases_;
   }
-  /// Reports that this program is running. Must be called before each command and after its delivery; the calls must be
-  /// at most 20 ms apart while a force may be displayed.
+  /// Reports that this program is running (a beat). Must be called before each command and after its delivery. While a
+  /// force may be displayed, the calls must be at most 20 ms apart.
   /// Thread  the thread that sends the commands
   void beat(LocalTime now, bool is_force_on) noexcept;
   /// Returns whether the device has accepted a zero of the watchdog since the last call.
   /// Thread  always the same thread
   bool has_released_force() noexcept;
 
-  /// Passes a frame with a command to the watchdog, which writes it to the device's stream. While the stream is
-  /// blocked, a newer command replaces a waiting one. An obsolete force is replaced by zero.
+  /// Passes a frame with a command to the watchdog, which writes it to the device's stream. If an earlier command is
+  /// still waiting because the stream is blocked, the new one replaces it. An obsolete force is replaced by zero.
   /// Out     false: the frame is too long, or the watchdog has ended or does not read
   /// Thread  the thread that sends the commands
   bool send(std::span<const std::uint8_t> frame, bool is_force_on) noexcept;
-  /// Passes a reply that the peer's protocol requires (a pong) to the watchdog; commands have priority over replies.
+  /// Passes a reply that the protocol of the stream requires (a pong) to the watchdog. Commands are written before
+  /// replies.
   bool send_reply(std::span<const std::uint8_t> frame) noexcept;
   /// Returns whether the watchdog was killed or has failed, so that it writes nothing more.
   bool has_ended() const noexcept;

@@ -34,13 +34,14 @@ namespace {
 
 constexpr int kCheckPeriod_ms = 5;
 constexpr Duration kCheckPeriod = std::chrono::milliseconds(kCheckPeriod_ms);
-// Number of zeros written in a silence. One is not enough, because the device may lose packets in transit. A larger
-// number would cause replies that no program reads.
+// Number of zeros written in one silence of the owner. One is not enough, because the device may lose packets in
+// transit. More would be useless, and the device answers each one although no program reads the answers.
 constexpr int kZeros = 5;
-// Maximum time for which zero is retried after the owner's end, if the device accepts nothing. Our choice.
+// Maximum time after the owner's end for which zero is retried while the device accepts nothing. Our choice.
 constexpr Duration kMaxRetry = std::chrono::seconds(10);
-// Maximum time for writing zero after an owner has resumed. A resumed owner may complete an old command with a force,
-// so zero must follow. After this time no zero is needed, because the owner itself has restarted its force from zero.
+// Maximum time after an owner has resumed during which zero must still be written. The owner may complete an old
+// command with a force, so a zero must follow it. After this time the owner has restarted its force from zero, so no
+// further zero is needed.
 constexpr Duration kMaxAnswer = std::chrono::milliseconds(20);
 
 using Bytes = std::vector<std::uint8_t>;
@@ -64,16 +65,16 @@ class Line {
   /// Sets the next frame; empty: no frame. Must not be called while a frame is partly written.
   void set_next(const Bytes& frame) { frame_ = frame; }
   bool has_frame() const { return !frame_.empty(); }
-  /// Writes as much of the frame as the device accepts now. Returns true once the frame is complete.
+  /// Writes as much of the frame as the device accepts now. Returns whether the frame is now written completely.
   bool push() noexcept;
   /// Returns whether a frame is partly written.
   bool is_within() const { return out_ > 0; }
   /// Returns whether the device was unplugged or has closed the connection, so that it accepts nothing more.
   bool is_lost() const { return is_lost_; }
-  /// Returns whether the device is busy; poll(2) then reports when it accepts bytes again.
+  /// Returns whether the device accepts no bytes now. In this case poll(2) reports when it accepts bytes again.
   bool is_full() const { return is_full_; }
-  /// For sockets: discards input that the owner did not read. A peer that is blocked by unread input would not read the
-  /// zero. Moreover, closing a socket with unread input discards its output.
+  /// For sockets: discards input that the owner did not read, for two reasons. A peer that is blocked by unread input
+  /// would not read the zero. Closing a socket with unread input would discard its output.
   void discard_input() const noexcept;
   /// For sockets: returns the number of written bytes that the peer has not acknowledged.
   int unsent_bytes() const noexcept;
@@ -131,13 +132,13 @@ int Line::unsent_bytes() const noexcept {
   return is_socket_ && ioctl(zero_.descriptor, SIOCOUTQ, &bytes) == 0 ? bytes : 0;
 }
 
-/// A frame received from the owner, of which no byte has been written.
+/// A frame received from the owner, none of whose bytes have been written yet.
 struct Waiting {
   WatchdogFrameHead head;
   Bytes frame;
 };
 
-/// Chooses the next frame for the device, depending on whether the owner is running, silent or ended.
+/// Chooses the next frame for the device. The choice depends on the state of the owner: running, silent or ended.
 class Watch {
  public:
   Watch(ZeroCommand zero, WatchdogBeat& beat) : line_(std::move(zero)), beat_(beat) {}
@@ -164,12 +165,12 @@ class Watch {
   Kind kind_ = Kind::kNone;   ///< kind of the frame that `line_` writes
   std::uint32_t number_ = 0;  ///< number of the command in that frame
   std::optional<Waiting> command_, reply_;
-  /// Whether the owner passes all frames to this process, so that only this process writes to the stream
+  /// True: the owner passes all its frames to this process, which is then the only writer of the stream
   bool is_writer_ = false;
   bool is_silent_ = false;  ///< true: the owner became silent while a force was displayed
   bool has_owner_exited_ = false;
   LocalTime silent_since_{};
-  int zeros_ = 0;  ///< number of zeros that the device has accepted in this silence
+  int zeros_ = 0;  ///< number of zeros that the device has accepted in the current silence
   LocalTime next_zero_{};
   LocalTime answer_until_{};
 };
@@ -194,20 +195,21 @@ void Watch::check(LocalTime now) {
   const LocalTime beat_at{Duration(beat_.at_ns.load(std::memory_order_relaxed))};
   const bool was_silent = is_silent_;
   is_silent_ = now - beat_at > Watchdog::kMaxSilence && (is_force_on || was_silent);
-  // If the owner has resumed and stopped again since the last check, a new silence begins, which needs new zeros.
+  // The time of the last beat has changed: the owner has resumed and become silent again since the last check. This new
+  // silence needs new zeros.
   if (is_silent_ && (!was_silent || beat_at != silent_since_)) {
     zeros_ = 0;
     next_zero_ = now;
   }
   silent_since_ = beat_at;
-  // An owner that writes to the device itself may have been stopped during a write. After resuming, it completes the
-  // old command, so zero must follow (kMaxAnswer).
+  // An owner that writes to the device itself may have been stopped during a write. When it resumes, it completes this
+  // old command. A zero must follow then (kMaxAnswer).
   if (was_silent && !is_silent_ && zeros_ > 0 && !is_writer_) answer_until_ = now + kMaxAnswer;
   write_all(now);
 }
 
-// Writes frames as long as the device accepts them. Until the first byte of a frame is written, the frame is chosen
-// anew, because a newer one may replace it.
+// Writes frames as long as the device accepts them. A frame of which no byte has been written yet is chosen again each
+// time, because a newer one may replace it.
 void Watch::write_all(LocalTime now) {
   while (true) {
     const bool was_within = line_.is_within();
@@ -254,8 +256,8 @@ void Watch::note_written(LocalTime now) {
   next_zero_ = now + kCheckPeriod;
 }
 
-/// Marks that a frame may be partly written. After the owner's end the shared memory is left unchanged, because a new
-/// watchdog may already use it.
+/// Stores whether a frame may be written only in part. After the owner's end it stores nothing, because a new watchdog
+/// may already use the shared memory.
 void Watch::set_in_frame(bool is_in_frame) noexcept {
   if (!has_owner_exited_) beat_.is_in_frame.store(is_in_frame, std::memory_order_release);
 }

@@ -4,7 +4,7 @@
 namespace tandem::proto {
 namespace {
 
-/// Writes the fields that belong to the client's mode; the fields of the remaining modes stay absent.
+/// Writes the fields that belong to the mode of the client (ClientMode). Fields of other modes stay absent.
 void write_mode_part(const ClientUpdate& update, wire::ClientUpdate& out) {
   out.set_mode(static_cast<std::uint32_t>(update.mode));
   out.set_round_trip_ns(nanoseconds_of_delay(update.round_trip));

@@ -1,4 +1,5 @@
-// Identifies files by a hash of their content, so that a client need not download a file that it already has.
+// Hash of the content of a file, which identifies the file. A client need not download a file with a hash that the
+// client already has.
 #pragma once
 
 #include <array>
@@ -11,7 +12,7 @@ namespace tandem::proto {
 
 using Sha256 = std::array<std::byte, 32>;
 
-/// Returns the hash stored in a message field; nothing if the field does not have 32 bytes.
+/// Returns the hash that a message field contains; nothing if the field is not 32 bytes long.
 std::optional<Sha256> hash_from(const std::string& bytes);
 
 /// Returns the hash as 64 hexadecimal digits, the form used in file names and logs.

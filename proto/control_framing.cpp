@@ -20,9 +20,9 @@ using google::protobuf::Reflection;
 /// Returns whether all numbers in one field, including its sub-messages, are finite.
 bool is_finite_field(const Message& message, const FieldDescriptor& field);
 
-/// Returns whether all numbers of a message are finite. Protobuf reflection visits every field, because a hand-written
-/// list of all numbers of a scene would be error-prone. Its cost is acceptable for a few control messages per second.
-/// The parser's recursion limit bounds the depth.
+/// Returns whether all numbers of a message are finite. Every field is visited through Protobuf reflection, because a
+/// list of all fields of a scene, kept by hand, would become incomplete. The cost is acceptable for a few control
+/// messages per second. The recursion limit of the Protobuf parser bounds the depth.
 bool is_finite_message(const Message& message) {
   std::vector<const FieldDescriptor*> present;
   message.GetReflection()->ListFields(message, &present);
@@ -63,7 +63,7 @@ bool is_within_limits(const wire::AssetChunk& chunk) {
 
 bool parse_bounded(std::span<const std::byte> payload, Message& out) {
   if (payload.size() > kMaxControlBytes) return false;
-  // Protobuf logs every string that is not valid UTF-8. The log is silenced, so that a peer cannot fill it.
+  // Protobuf logs an error for each string that is not valid UTF-8. Without the silencer, a peer could fill the log.
   const google::protobuf::LogSilencer silencer;
   return out.ParseFromArray(payload.data(), static_cast<int>(payload.size())) && is_finite_message(out);
 }
@@ -88,7 +88,8 @@ std::size_t FrameReader::payload_size_at(std::size_t frame) const {
 }
 
 void FrameReader::drop_taken_bytes() {
-  // The remaining bytes are moved only if they are not longer than the dropped part. So the cost stays O(1) per byte.
+  // The remaining bytes are moved to the front only if the dropped part is at least as long. Each byte is therefore
+  // moved O(1) times on average.
   if (read_ < buffer_.size() - read_) return;
   buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(read_));
   frame_ -= read_;

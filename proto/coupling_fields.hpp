@@ -1,5 +1,5 @@
-// Table of the coupling's coefficients: their names, and the ranges accepted in messages. The server checks
-// SetParameter by this table, and a client checks received values.
+// Table of the coefficients of the coupling, with their names and the ranges accepted in messages. The server checks
+// SetParameter messages by this table; a client checks the values that it receives.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace tandem::proto {
 
-/// A coefficient: its name, its member in each of the two structs, and its range.
+/// A coefficient: its name, its range, and the members that hold it in the C++ struct and in the message.
 struct CouplingField {
   std::string_view name;  ///< name in SetParameter and ParameterSet
   double haptics::CouplingParameters::*value;
@@ -25,7 +25,7 @@ struct CouplingField {
   bool accepts(double number) const { return std::isfinite(number) && number >= low && number <= high; }
 };
 
-/// Name of the coupling law in SetParameter and ParameterSet; its value is a text.
+/// Name of the parameter that selects the coupling law (in SetParameter and ParameterSet). Its value is a text.
 inline constexpr std::string_view kLawParameter = "coupling.law";
 
 /// All coefficients, in the order of kCouplingRanges.
@@ -70,7 +70,8 @@ inline void write_bounds(const haptics::CouplingParameters& bounds, wire::Coupli
     if (std::isfinite(bounds.*field.value)) (out.*field.set)(bounds.*field.value);
   }
 }
-/// Reads the coupling bounds of a device. The caller must check them, because a peer may send any numbers.
+/// Reads the coupling bounds of a device. The values are not checked: the caller must do so, because a peer may send
+/// any.
 inline haptics::CouplingParameters read_bounds(const wire::Coupling& coupling) {
   haptics::CouplingParameters bounds = haptics::kNoCouplingBounds;
   for (const CouplingField& field : kCouplingFields) {

@@ -23,7 +23,7 @@ std::uint64_t load_u64(std::span<const std::byte> datagram, std::size_t offset) 
 
 void append_header(const DatagramHeader& header, Bytes& out) {
   assert(header.epoch <= kMaxEpoch);
-  std::array<unsigned char, kDatagramHeaderBytes> bytes{};  // the tag stays zero here; DatagramSeal writes it later
+  std::array<unsigned char, kDatagramHeaderBytes> bytes{};  // the tag is zero here; DatagramSeal overwrites it
   bytes[0] =
       static_cast<unsigned char>((kProtocolVersion << kVersionShift) |
                                  (static_cast<unsigned>(header.type) << kTypeShift) | (header.epoch & kEpochMask));

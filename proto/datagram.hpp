@@ -23,15 +23,16 @@ namespace tandem::proto {
 inline constexpr std::uint32_t kProtocolVersion = 3;
 inline constexpr std::size_t kDatagramHeaderBytes = 33;
 inline constexpr std::size_t kTagBytes = 16;
-/// Offset of the tag, which ends the header. The header bytes before it are authenticated but not encrypted.
+/// Offset of the tag, the last field of the header. The bytes before the tag are authenticated but not encrypted.
 inline constexpr std::size_t kTagOffset = kDatagramHeaderBytes - kTagBytes;
-/// Maximum size of a datagram. It fits the minimum MTU of IPv6 with a margin for tunnels, so that no datagram is
-/// fragmented.
+/// Maximum size of a datagram. It is below the smallest MTU of IPv6 (1280 bytes), with a margin for tunnels. No
+/// datagram is therefore fragmented.
 inline constexpr std::size_t kMaxDatagramBytes = 1200;
 inline constexpr std::size_t kMaxPayloadBytes = kMaxDatagramBytes - kDatagramHeaderBytes;
 /// Largest epoch, because the header stores it in three bits.
 inline constexpr std::uint8_t kMaxEpoch = 7;
-/// Maximum distance of a sequence from the newest one, about 17 minutes at 1 kHz. A datagram further ahead is dropped.
+/// Maximum amount by which a sequence may exceed the newest received one, about 17 minutes at 1 kHz. A datagram with a
+/// higher sequence is dropped.
 inline constexpr std::uint64_t kMaxSequenceJump = 1U << 20U;
 
 using Bytes = std::vector<std::byte>;
@@ -39,11 +40,11 @@ using Bytes = std::vector<std::byte>;
 enum class DatagramType : std::uint8_t {
   kClientUpdate = 0,
   kServerUpdate = 1,
-  kPathResponse = 2,   ///< sent by the client from its current address; returns the 8 bytes of a challenge
-  kPathChallenge = 3,  ///< sent by the server; checks whether the client can be reached at an address
+  kPathResponse = 2,   ///< response of the client, sent from its current address: the 8 bytes of a challenge
+  kPathChallenge = 3,  ///< challenge of the server: checks whether the client receives at an address
 };
-/// Returns the type of the path message (a check of the client's network address) that travels in the same direction as
-/// state of type `state`.
+/// Returns the type of path message (check of the client's network address) that is sent in the same direction as state
+/// of the type `state`.
 constexpr DatagramType path_beside(DatagramType state) {
   return state == DatagramType::kClientUpdate ? DatagramType::kPathResponse : DatagramType::kPathChallenge;
 }
@@ -60,8 +61,8 @@ struct DatagramHeader {
 /// Appends the header to `out`.
 void append_header(const DatagramHeader& header, Bytes& out);
 
-/// Reads and checks the header: size limits, version, non-zero connection and sequence. It checks neither the type nor
-/// the tag (for the tag see DatagramSeal).
+/// Reads the header. Checks the size of the datagram, the version, and that connection and sequence are not zero.
+/// Checks neither the type (read_header()) nor the tag (DatagramSeal).
 /// Out     kNone, or the reason to drop the datagram; `out` is then unspecified
 DropReason parse_header(std::span<const std::byte> datagram, DatagramHeader& out);
 

@@ -18,7 +18,7 @@ DatagramChannel::DatagramChannel(const Settings& settings, ChannelCounters& coun
       send_rate_(net::kDeadbandFloor, settings.max_rate_hz),
       last_received_(settings.opened),
       last_sent_(settings.opened) {
-  settings_.secret.reset();  // wipes the secret, which is not needed after the seals have derived their keys
+  settings_.secret.reset();  // wipes the secret: the seals have derived their keys from it
 }
 
 /// Performs steps 3 and 4 of receiving (datagram_channel.hpp).
@@ -31,7 +31,7 @@ DropReason DatagramChannel::open(const DatagramHeader& header, std::span<const s
 
 DropReason DatagramChannel::receive_path(const DatagramHeader& header, std::span<const std::byte> datagram,
                                          std::uint64_t& number) {
-  // Without authentication, a path message cannot verify an address.
+  // A path message proves an address only if it is authenticated, which the null cipher does not do.
   if (opener_.is_null()) return DropReason::kType;
   std::span<const std::byte> payload;
   if (const DropReason reason = open(header, datagram, payload); reason != DropReason::kNone) return reason;
@@ -61,9 +61,9 @@ void DatagramChannel::note_received(Duration sent_by_peer, LocalTime now) {
   last_received_ = now;
 }
 
-// Measures the transit time of an update that this end has sent: from its send time, which the peer returns, to its
-// arrival at the peer, on the peer's clock. A server update contains both times. In a client update, the arrival time
-// is its send time minus the time for which the client held the acknowledged update.
+// Reports the transit time of an update that this end has sent. It is the difference of two times: the send time, which
+// the peer returns, and the arrival time on the peer's clock. A server update contains both. In a client update, the
+// arrival time is computed: its send time minus the time for which the client held the acknowledged update.
 void DatagramChannel::note_stamps(const ClientUpdate& update, LocalTime now) {
   note_received(update.sent.time_since_epoch(), now);
   if (update.acknowledged_sent == ServerTime{}) return;

@@ -7,7 +7,7 @@
 //   2 connection                         is_for()       the server also checks the source address
 //   3 not a duplicate, not far ahead     receive()      tested with the replay window, which is not changed yet
 //   4 authentic                          receive()      decrypted (datagram_seal.hpp); includes the epoch
-//   5 newer than all state before        receive()      for state only: a path message may be late
+//   5 newer than all received state      receive()      for state only: a path message may be late
 //   6 payload, ranges, role              receive()      by the caller's `read`
 //   7 window, newest, time stamps        receive()      updated last, so that a forged datagram changes nothing
 //
@@ -16,11 +16,11 @@
 //   1 has the state changed enough?      admits()       otherwise suppressed (deadband)
 //   2 does the link have capacity?       admits()       otherwise suppressed (pacing)
 //   3 time stamps: send time, echo       send()         the only function that sets the time stamps of an update
-//   4 can the byte stream accept data?   send()         otherwise dropped as overwritten, without using a sequence
+//   4 can the byte stream accept data?   send()         otherwise dropped (kOverwritten), without using a sequence
 //   5 header with the next sequence      send()
 //   6 payload                            send()         by the caller's `append`
 //   7 encryption                         send()         in place
-//   8 delivery                           send()         by the caller's `deliver`; if it fails: dropped as send_failed
+//   8 delivery                           send()         by the caller's `deliver`; if it fails: dropped (kSendFailed)
 #pragma once
 
 #include <bitset>
@@ -52,17 +52,18 @@ struct ChannelCounters {
   }
 };
 
-/// Performs step 1 of receiving: parse_header(), and returns kType for types that the peer never sends.
+/// Performs step 1 of receiving: calls parse_header(), and then returns kType if the peer never sends this type.
 /// In      expected  type of state that the peer sends; the corresponding path message is accepted as well
 DropReason read_header(std::span<const std::byte> datagram, DatagramType expected, DatagramHeader& out);
 
-/// Set of the last kSize received sequence numbers, which distinguishes late datagrams from duplicates. check() is
-/// called before a datagram is authenticated and accept() afterwards, so a forged datagram has no effect.
+/// Set of the last kSize received sequence numbers. It distinguishes late datagrams from duplicates. check() is called
+/// before a datagram is authenticated, accept() only after that, so that a forged datagram has no effect.
 class ReplayWindow {
  public:
   static constexpr std::size_t kSize = 4096;
 
-  /// Returns kDuplicate for an already received sequence, kLate for one that is older than the window, otherwise kNone.
+  /// Returns kDuplicate if the sequence was already received, kLate if it is older than the window, and otherwise
+  /// kNone.
   DropReason check(std::uint64_t sequence) const {
     if (sequence > newest_) return DropReason::kNone;
     if (newest_ - sequence >= kSize) return DropReason::kLate;
@@ -96,7 +97,7 @@ class DatagramChannel {
     double deadband = 0;     ///< Weber fraction (common/net/deadband.hpp); 0: no suppression
     double max_rate_hz = 0;  ///< rate at which the loop produces updates
     bool is_stream = false;  ///< true: datagrams are sent inside a TCP stream, which has its own flow control
-    LocalTime opened{};      ///< time of opening; initial value of the times of the last received and sent datagram
+    LocalTime opened{};      ///< time of opening; initial value of last_received() and last_sent()
     std::optional<secure::Exported> secret{};  ///< key material for the seals; empty: null cipher
   };
   /// In      counters  counters to update; they must outlive the channel
@@ -105,7 +106,7 @@ class DatagramChannel {
   bool is_for(const DatagramHeader& header) const { return header.connection == settings_.connection; }
   /// Performs steps 3 to 7 of receiving for a state datagram with the header `header`.
   ///
-  /// In      read(payload, update)  fills `update`, or returns the reason why it is unusable
+  /// In      read(payload, update)  fills `update` from the payload; returns kNone, or why the payload is unusable
   /// Out     kNone, or the reason to drop the datagram; `update` is then unspecified
   template <class Update, class Read>
   DropReason receive(const DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now, Update& update,
@@ -122,21 +123,22 @@ class DatagramChannel {
     note_stamps(update, now);
     return DropReason::kNone;
   }
-  /// Receives a path message (a check of the client's address). It is accepted even if it is older than the newest
-  /// state.
+  /// Receives a path message (check of the client's network address). Unlike state, it is accepted even if it is older
+  /// than the newest state.
   DropReason receive_path(const DatagramHeader& header, std::span<const std::byte> datagram, std::uint64_t& number);
   bool has_received() const { return has_received_; }
   LocalTime last_received() const { return last_received_; }
   LocalTime last_sent() const { return last_sent_; }
 
-  /// Counts updates that were overwritten before they could be sent. The loop numbers its updates, so these are the
-  /// ones between the number of the last call and `number`.
+  /// Counts the updates that were overwritten before they could be sent. `number` is the number of the newest update,
+  /// in the numbering of the loop. The missing numbers since the last call were overwritten.
   void count_overwritten(std::uint64_t number);
   /// Performs steps 1 and 2 of sending. Counts an update that is not admitted.
   ///
-  /// In      may_wait                   true if the update may be withheld; false after a user's action
-  ///         has_changed(deadband, since)  returns whether the change since the last sent update is perceptible;
-  ///         `since` is the time since that update. Not called if the update is due anyway
+  /// In      may_wait                      true: the update may be withheld; false: it must be sent now, because the
+  ///                                       user has acted
+  ///         has_changed(deadband, since)  returns whether the change since the last sent update is perceptible, where
+  ///                                       `since` is the time since that update. It is not called if an update is due
   template <class HasChanged>
   bool admits(LocalTime now, bool may_wait, const HasChanged& has_changed) {
     const Duration since = now - last_sent_;
@@ -153,9 +155,9 @@ class DatagramChannel {
   }
   /// Performs steps 3 to 8 of sending.
   ///
-  /// In      is_blocked               true if the byte stream still has bytes to send
+  /// In      is_blocked               true: earlier bytes still wait in the byte stream, so the datagram is dropped
   ///         append(update, bytes)    appends the encoded update with its time stamps to `bytes`
-  ///         deliver(datagram)        sends the datagram; returns false if that is not possible now
+  ///         deliver(datagram)        sends the datagram; returns false if it cannot be sent now
   template <class Update, class Append, class Deliver>
   void send(Update& update, LocalTime now, bool is_blocked, const Append& append, const Deliver& deliver) {
     stamp(update, now);
@@ -188,7 +190,7 @@ class DatagramChannel {
   net::SendRate send_rate_;
   std::uint64_t newest_ = 0;    ///< highest sequence number of the received state datagrams
   std::uint64_t sequence_ = 0;  ///< sequence number of the last datagram that was sent
-  std::uint64_t number_ = 0;    ///< number of the last update produced by the loop
+  std::uint64_t number_ = 0;    ///< number of the newest update of the loop, from count_overwritten()
   bool has_received_ = false;
   Step received_step_;          ///< step of the newest received server update
   Duration received_stamp_{0};  ///< send time in the newest received datagram, on the peer's clock

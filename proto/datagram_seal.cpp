@@ -27,7 +27,7 @@ unsigned char* octets(std::byte* bytes) {
   return reinterpret_cast<unsigned char*>(bytes);
 }
 
-/// Returns the cipher. It is fetched from OpenSSL only once, because fetching takes longer than encrypting a datagram.
+/// Returns the cipher. OpenSSL is asked for it only once, because fetching it takes longer than encrypting a datagram.
 const EVP_CIPHER* cipher_of(secure::Aead aead) {
   static EVP_CIPHER* const kAes = EVP_CIPHER_fetch(nullptr, "AES-256-GCM", nullptr);
   static EVP_CIPHER* const kChaCha = EVP_CIPHER_fetch(nullptr, "ChaCha20-Poly1305", nullptr);
@@ -101,7 +101,8 @@ struct DatagramSeal::Keys {
   bool is_for_opening;
   secure::Secret chain;  ///< chain secret of the newest epoch for which a key was derived
   EpochKey current;
-  /// Key of the next epoch, for decryption only. It is derived in advance, so that a forged epoch costs no derivation.
+  /// Key of the next epoch, for decryption only. It is derived before the first datagram of that epoch arrives. A
+  /// forged epoch number therefore cannot cause the cost of a derivation.
   EpochKey next;
   std::array<std::byte, kMaxPayloadBytes> opened{};
 };
@@ -153,7 +154,7 @@ void DatagramSeal::seal(std::uint64_t sequence, std::span<std::byte> datagram) {
           1 &&
       EVP_CipherFinal_ex(c, octets(payload.data()), &size) == 1 &&
       EVP_CIPHER_CTX_ctrl(c, EVP_CTRL_AEAD_GET_TAG, kTagBytes, octets(datagram.data() + kTagOffset)) == 1;
-  // Such a failure is a bug of this code or of the library. The payload is wiped, so that it is never sent unencrypted.
+  // A failure here is a bug of this code or of OpenSSL. The payload is wiped, so that it cannot be sent unencrypted.
   if (!is_sealed) secure::wipe(payload);
 }
 

@@ -1,4 +1,4 @@
-// Reasons for dropping state before it reaches its reader. Every drop is counted.
+// Reasons for which a received or sent state is dropped before it is used. Every drop is counted.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ enum class DropReason : std::uint8_t {
   kLate,               ///< the state is older than the newest received one
   kDuplicate,          ///< the sequence number or the step was already received
   kSequenceJump,       ///< the sequence number is further ahead than kMaxSequenceJump
-  kMalformed,          ///< it is not a message, a required part is missing, or there are too many items
+  kMalformed,          ///< no valid message, a required part is missing, or there are too many items
   kNotFinite,          ///< a number is NaN, infinite or out of range, or time stamps are in the wrong order
   kOverwritten,        ///< replaced by a newer state before it was sent or read
   kSendFailed,         ///< the socket did not accept the datagram

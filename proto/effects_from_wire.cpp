@@ -7,7 +7,7 @@
 namespace tandem::proto {
 namespace {
 
-/// Returns the three numbers as a vector; zero if their number is not three.
+/// Returns the numbers of a field as a vector; a zero vector if there are not three.
 Vec3 vec3_of(const google::protobuf::RepeatedField<double>& values) {
   return values.size() == 3 ? Vec3(values[0], values[1], values[2]) : Vec3(0, 0, 0);
 }
@@ -34,7 +34,7 @@ physics::StickSlip model_of(const wire::StickSlip& model) {
 using Effects = google::protobuf::RepeatedPtrField<wire::Effect>;
 
 constexpr std::size_t kMaxLabelBytes = 64;
-/// Maximum frequency as a fraction of the step rate. Up to this fraction, a sampled sinusoid is a good approximation.
+/// Maximum frequency of a vibration as a fraction of the step rate. Above it, the steps sample a sinusoid too coarsely.
 constexpr double kMaxVibrationShare = 0.4;
 
 std::string find_surface_problem(const wire::Effect& effect) {
@@ -61,6 +61,7 @@ std::string find_problem_of(const wire::Effect& effect, double step_rate_hz) {
   return problem.empty() ? problem : "." + problem;
 }
 
+/// Returns a description of the first problem; empty if there is none.
 /// In      owner  prefix of field names in the text: "bodies[0]." for a body; "" for the scene, which has no surface
 std::string find_problem_of(const Effects& effects, double step_rate_hz, const std::string& owner) {
   for (int i = 0; i < effects.size(); ++i) {

@@ -10,15 +10,15 @@
 
 namespace tandem::proto {
 
-/// Maximum number of effects of a scene including its bodies. A limit is needed, because a local model evaluates all of
-/// them in each haptic tick.
+/// Maximum number of effects of a scene, including those of its bodies. It bounds the cost of a haptic tick, in which a
+/// local model evaluates all effects.
 inline constexpr int kMaxEffects = 32;
 
 /// Returns the settings of an effect; absent numbers are treated as 0.
 physics::EffectSettings settings_of(const wire::Effect& effect);
 
-/// Checks the number of effects, and the combination of numbers in each effect. The range of each number is checked by
-/// scene_ranges.hpp.
+/// Checks the number of effects, and the combinations of numbers within each effect. scene_ranges.hpp checks the range
+/// of each single number.
 ///
 /// Out     problem of the first unusable effect, e.g. "bodies[0].effects[1].region is given; it must be ..."; empty if
 ///         all are usable

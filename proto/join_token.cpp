@@ -10,7 +10,8 @@
 namespace tandem::proto {
 namespace {
 
-/// Prefix of the signed bytes. It ensures that a signature made for a different purpose is never valid for a token.
+/// Prefix of the signed bytes. A signature that the same key made for a different purpose is therefore never valid for
+/// a token.
 constexpr std::string_view kSignedAs{"tandem-join-token-v1\0", 21};
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::size_t kMaxInvitationBytes = 2048;

@@ -15,7 +15,7 @@ namespace tandem::proto {
 
 inline constexpr std::size_t kTokenIdBytes = 16;
 inline constexpr std::size_t kMaxTokenBytes = 512;
-/// Maximum time from issue to expiry of a token that servers accept.
+/// Maximum time between the issue and the expiry of a token. Servers refuse a token that is valid for longer.
 inline constexpr std::uint64_t kMaxTokenLife_ms = 30ULL * 24 * 60 * 60 * 1000;
 
 /// Signs the claims (the rights of a token, TokenClaims in token.proto) and returns the token. Claims without an id get
@@ -23,10 +23,10 @@ inline constexpr std::uint64_t kMaxTokenLife_ms = 30ULL * 24 * 60 * 60 * 1000;
 /// Fails   std::invalid_argument: the key is not an Ed25519 key, or a claim is out of its range
 Bytes sign_token(wire::TokenClaims claims, const secure::KeyPair& issuer);
 
-/// Returns the claims of a token if one of `issuers` has signed it and each field is within its range. The caller must
-/// check times, audience and repeated use.
+/// Returns the claims of a token, after verifying that one of `issuers` has signed it and that each field is in its
+/// range. Not verified here, but by the caller: the times, the audience, and repeated use.
 ///
-/// Fails   returns nothing if the token is unreadable, or signed by no issuer
+/// Fails   returns nothing: the token is unreadable, signed by no issuer, or has a field out of its range
 std::optional<wire::TokenClaims> read_token(std::span<const std::byte> token,
                                             std::span<const secure::PublicKey> issuers);
 /// Returns the claims of a token without verifying its signature, for programs that only display the claims.

@@ -14,7 +14,7 @@ namespace tandem::proto {
 /// Returns the pose of a placement; absent numbers are treated as 0.
 ///
 /// Model   R = R_z(γ) · R_y(β) · R_x(α): rotations about the fixed axes x, then y, then z
-/// Out     finite if and only if the placement's numbers are finite; the caller checks their count and ranges
+/// Out     pose; finite if and only if the numbers are finite. The caller checks how many there are, and their ranges
 inline Pose pose_from_placement(const wire::Placement& placement) {
   const auto vector_of = [](const google::protobuf::RepeatedField<double>& numbers) {
     return numbers.size() == 3 ? Vec3(numbers[0], numbers[1], numbers[2]) : Vec3(0, 0, 0);

@@ -23,20 +23,21 @@ constexpr double kMaxLength_m = 100;
 constexpr double kMaxMass_kg = 1e4;
 constexpr double kMaxFriction = 10;
 constexpr double kMaxGravity_m_per_s2 = 1e3;
-/// Default contact stiffness, our choice: a force of 5 N presses a tool's ball of 5 mm radius 0.25 mm into a plane of
-/// the same stiffness.
+/// Default contact stiffness; our choice. Example: if a plane and a tool's ball of 5 mm radius have this stiffness, a
+/// force of 5 N presses the ball 0.25 mm into the plane.
 constexpr double kDefaultContactStiffness_n_per_m3 = 1e10;
-/// Maximum mesh scale. It enlarges a mesh of the size of an atom (1e-10 m) to the largest length of a scene (100 m).
+/// Maximum scale of a mesh: it enlarges a mesh of the size of an atom (1e-10) to the largest length in a scene (100 m).
 constexpr double kMaxMeshScale = 1e12;
-/// Minimum molecular scale, below the natural scales 1e-10 m/Å and 7e-11 N per kcal/mol/Å.
+/// Minimum of the two molecular scales. It is below the natural ones: 1e-10 m/Å for lengths, and 7e-11 N per kcal/mol/Å
+/// for forces.
 constexpr double kMinMolecularScale = 1e-12;
 constexpr double kMaxMolecularEnergy = 1e6;
 
 using Table = std::vector<SceneRange>;
 using Text = std::string_view;
 
-/// Minimum of numbers that serve as divisors, and of quantities that a user could not perceive below it. It is far
-/// above the smallest positive double.
+/// Minimum of two kinds of numbers: divisors, and quantities that a user could not perceive if they were smaller. It is
+/// far above the smallest positive double, so that quotients do not overflow.
 constexpr double kMin = 1e-6;
 
 SceneRange length(Text field, int count = 1) {
@@ -47,8 +48,8 @@ SceneRange friction(Text field) {
   return {field, "", 0, kMaxFriction, {0.5}};
 }
 
-/// Range of the contact stiffness: from soft rubber a few millimetres thick to the highest stiffness that double
-/// precision resolves at 1 kHz.
+/// Range of the contact stiffness. The lower end is soft rubber a few millimetres thick. The upper end is the highest
+/// stiffness that double precision resolves at 1 kHz.
 SceneRange contact_stiffness(Text field) {
   return {field, "N/m³", 1e5, 1e13, {kDefaultContactStiffness_n_per_m3}};
 }
@@ -57,8 +58,8 @@ SceneRange color(Text field, const std::vector<double>& fallback) {
   return {field, "", 0, 1, fallback, 3};
 }
 
-/// Returns the range of the coupling coefficient `value`. Anchors use it too, because the default values give a
-/// perceptible and well damped anchor.
+/// Returns the range and the default of a coefficient of the coupling. The coefficients of anchors use the same ranges
+/// and defaults, which give a perceptible and well damped anchor.
 SceneRange coupling(Text field, Text unit, double haptics::CouplingParameters::*value) {
   const auto found = std::ranges::find(haptics::kCouplingRanges, value, &haptics::CouplingRange::value);
   return {field, unit, found->low, found->high, {haptics::CouplingParameters{}.*value}};
@@ -126,7 +127,7 @@ void add_bodies(Table& table) {
               {"Body.restitution", "", 0, 1, {0}},
               {"Body.linear_damping_per_s", "1/s", 0, 1000, {0}},
               {"Body.angular_damping_per_s", "1/s", 0, 1000, {0}},
-              // For display only. Medium grey, because the true colour is unknown.
+              // The colour is used for display only. The default is medium grey, because the true colour is unknown.
               color("Body.color_rgb", {0.7, 0.7, 0.7}),
               contact_stiffness("Body.contact_stiffness_n_per_m3")});
 }
@@ -192,7 +193,8 @@ void add_soft_bodies_and_scene(Table& table) {
   add(table, {length("SoftBlock.size_m", 3),
               {"SoftBlock.spacing_m", "m", 1e-4, kMaxLength_m, {}},
               {"SoftBody.mass_kg", "kg", kMin, kMaxMass_kg, {0.2}},
-              // The stiffness must be positive, because without links the body would be a cloud of separate nodes.
+              // The stiffness must be positive. With stiffness 0 the nodes would not be linked, and the body would fall
+              // apart.
               {"SoftBody.stiffness", "", 1e-3, 1, {0.5}},
               {"SoftBody.damping", "", 0, 1, {0.1}},
               {"SoftBody.volume_stiffness", "", 0, 1, {0.5}},
@@ -203,7 +205,8 @@ void add_soft_bodies_and_scene(Table& table) {
               {"Scene.soft_step_rate_hz", "Hz", 30, 1000, {60}}});
 }
 
-/// Adds the ranges of goals. The default tolerances and speeds are our choice: a user reaches them without effort.
+/// Adds the ranges of goals. Default tolerances and speeds are our choice, such that a user reaches them without
+/// effort.
 void add_goals(Table& table) {
   constexpr double kMaxScore = 1e6, kMaxTime_s = 86400, kMaxOutline_m = 10;
   const auto users = static_cast<double>(kMaxUsers);
@@ -240,8 +243,8 @@ void add_goals(Table& table) {
               {"Game.time_limit_s", "s", 0, kMaxTime_s, {0}}});
 }
 
-/// Adds the ranges of mass properties. The centre is a position and a unit quaternion, which find_mass_problem() checks.
-/// A principal moment of inertia is a divisor, so its lower bound is far above the smallest positive double.
+/// Adds the ranges of mass properties. A principal moment of inertia is a divisor, so its lower bound is far above the
+/// smallest positive double. The pose of the centre is checked by find_mass_problem().
 void add_mass(Table& table) {
   add(table, {{"MassProperties.mass_kg", "kg", kMin, kMaxMass_kg, {}, 1, "static"},
               {"MassProperties.centre", "m", -kMaxLength_m, kMaxLength_m, {}, 0},
@@ -298,8 +301,8 @@ void set_fallback(Message& message, const FieldDescriptor& field, const SceneRan
   }
 }
 
-/// Returns the text of a value outside the range: with six digits, or with as many digits as distinguish it from the
-/// violated bound.
+/// Returns a value outside the range as text. It has six digits, or more if it could not be distinguished from the
+/// violated bound otherwise.
 std::string text_outside(double value, const SceneRange& range) {
   const std::string text = number_text(value);
   if (text != number_text(range.low) && text != number_text(range.high)) return text;
@@ -342,8 +345,8 @@ std::string check_numbers(const Message& message, const FieldDescriptor& field, 
   return {};
 }
 
-/// Calls `visit(message, path)` for each present sub-message of `field`, until a call returns a non-empty text. Returns
-/// that text.
+/// Calls `visit(message, path)` for each present sub-message of `field`. Stops at the first call that returns a
+/// non-empty text, and returns this text.
 template <typename Visit>
 std::string visit_messages(const Message& message, const FieldDescriptor& field, const std::string& path,
                            const Visit& visit) {

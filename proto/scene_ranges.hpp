@@ -1,5 +1,5 @@
-// Table of the valid range of each number in a scene. The server completes and checks scene files by this table, and a
-// client checks received scenes by it. So both accept the same scenes.
+// Table of the valid range of each number in a scene. The server checks scene files by this table and adds the
+// defaults. A client checks received scenes by the same table, so both accept the same scenes.
 #pragma once
 
 #include <span>
@@ -19,10 +19,10 @@ struct SceneRange {
   std::string_view field;  ///< name of the field in the form "Message.field"
   std::string_view unit;   ///< "" for a number without unit
   double low, high;        ///< inclusive limits; both are finite
-  /// default of an absent field; empty: the field is required, or its default depends on other fields
+  /// Default if the field is absent. Empty: the field is required, or its default depends on other fields.
   std::vector<double> fallback;
-  int count = 1;  ///< number of values; 0: depends on other fields and is checked together with them
-  /// meaning of the value 0 in messages, if 0 is accepted although it is outside the range; "": 0 is not accepted
+  int count = 1;  ///< number of values; 0: depends on other fields, which are checked with them
+  /// Meaning of the value 0 for messages, if 0 is accepted although it is outside the range; "": 0 is not accepted.
   std::string_view zero_is = "";
 
   /// Returns whether the value is accepted; a NaN never is.
@@ -31,9 +31,9 @@ struct SceneRange {
 
 /// Returns the ranges of all numbers of a scene in the order of scene.proto, and then those of MassProperties in
 /// control.proto.
-/// Source  our choice: plausible bounds in SI units for scenes from the size of a desk to the size of a room. A value
-///         outside is probably a wrong unit or a typing error, which would otherwise only make the simulation
-///         implausible. Positions and shapes are limited to 100 m, because hands cannot reach anything farther away
+/// Source  our choice: plausible SI values for scenes between the size of a desk and the size of a room. A value
+///         outside is probably a typing error or a wrong unit. Without a check, the simulation would only become
+///         implausible. Positions and lengths are limited to 100 m, because hands cannot reach anything farther away
 /// Thread  any
 std::span<const SceneRange> scene_ranges();
 /// Returns the range of the field "Message.field".
@@ -43,8 +43,8 @@ const SceneRange& scene_range(std::string_view field);
 /// Sets each absent number of `message`, and of its present sub-messages, to its default.
 void complete_numbers(google::protobuf::Message& message);
 
-/// Describes the first number in `message`, or in its present sub-messages, that is absent or out of range. Returns an
-/// empty text if there is none. An absent array counts as its default.
+/// Returns a description of the first number in `message`, or in its present sub-messages, that is absent or out of
+/// range; empty if there is none. An absent array is no problem, because it has a default.
 ///
 /// In      path  prefix of field names in the text, e.g. "scene"; "": the text begins with a field name
 /// Out     e.g. "bodies[2].mass_kg is -1 kg; it must be from 1e-06 to 10000 kg, or 0 (static)"

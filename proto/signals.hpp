@@ -10,7 +10,7 @@ namespace tandem::proto {
 inline constexpr std::size_t kMaxSignals = 8, kMaxSignalStates = 4, kMaxSignalNameBytes = 32;
 inline constexpr double kMaxSignalValue = 1e6, kMaxSignalAge_s = 600;
 
-/// Requirement for the name of a signal, for messages.
+/// Rule for the names of signals, as a part of error messages.
 inline constexpr std::string_view kSignalNameRule = "must be 1 to 32 characters a-z, 0-9, _ - .";
 
 inline bool is_signal_name(std::string_view name) noexcept {
@@ -19,7 +19,7 @@ inline bool is_signal_name(std::string_view name) noexcept {
          name.find_first_not_of(kCharacters) == std::string_view::npos;
 }
 
-/// The functions is_signal_value, is_confidence and is_signal_age return false for a number that is not finite.
+/// The next three functions check the ranges of a signal's numbers. They return false for a number that is not finite.
 inline bool is_signal_value(double value) noexcept {
   return std::abs(value) <= kMaxSignalValue;
 }

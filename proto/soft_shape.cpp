@@ -34,7 +34,7 @@ std::vector<Cell> lattice_cells() {
   return cells;
 }
 
-/// Appends the triangles of one side of the box. The side is given by its normal axis and by the end of that axis.
+/// Appends the triangles of one face of the box. The face is the one at the low or high end (`is_high`) of `axis`.
 void append_side(int axis, bool is_high, const std::map<Cell, int>& index_of, std::vector<std::array<int, 3>>& faces) {
   const auto at = [&](int u, int v) {
     Cell cell{};
@@ -73,7 +73,8 @@ const std::vector<std::array<int, 3>>& soft_lattice_faces() {
   static const auto kFaces = [] {
     std::map<Cell, int> index_of;
     for (const Cell& cell : lattice_cells()) index_of.emplace(cell, static_cast<int>(index_of.size()));
-    // The points must have the indices of soft_lattice(), so the indices are reassigned; the map's own order differs.
+    // `index_of` is sorted differently from soft_lattice(). The indices are therefore assigned in the order of the
+    // lattice.
     int next = 0;
     for (const Cell& cell : lattice_cells()) index_of[cell] = next++;
     std::vector<std::array<int, 3>> faces;

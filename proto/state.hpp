@@ -1,5 +1,5 @@
-// State structs of fixed size for the real-time loops. A haptic tick or a room step reads and writes them without
-// allocation. On io threads, state_codec.hpp converts them to datagrams and back.
+// State structs of fixed size. A haptic tick or a room step reads and writes them without allocation. state_codec.hpp
+// converts them to datagrams and back; this is done on io threads.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -13,40 +13,40 @@
 
 namespace tandem::proto {
 
-/// Capacities of a room and of a state message; a scene that exceeds them is refused when it is loaded.
+/// Maximum numbers of bodies and users in a room and in a state message. A scene that exceeds them is refused.
 inline constexpr std::size_t kMaxBodies = 64;
 inline constexpr std::size_t kMaxUsers = 16;
 
-/// Limits of the values in a state message. A reader drops a message that exceeds a limit (DropReason::kNotFinite), so
-/// a writer must not exceed them. They are far above the values of any hand or tool, but small enough that sums and
-/// products do not overflow.
+/// Limits of the values in a state message. A reader drops a message with a larger value (DropReason::kNotFinite), so a
+/// writer must not send one. The limits are far above the values of any hand or tool. They are small enough that sums
+/// and products do not overflow.
 inline constexpr double kMaxPositionM = 1000.0;
 inline constexpr double kMaxSpeedMPerS = 1000.0;
 inline constexpr double kMaxTurnRadPerS = 1e4;
 inline constexpr double kMaxForceN = 1e5;
 inline constexpr double kMaxTorqueNM = 1e5;
 inline constexpr double kMaxEnergyJ = 1e9;
-/// Limit of a field energy. Larger energies, which occur when molecules overlap, are clamped to this limit.
+/// Limit of a field energy. Overlapping molecules have larger energies, which are clamped to this limit.
 inline constexpr double kMaxFieldEnergyKjPerMol = 1e12;
 /// Maximum of | |q| − 1 | for a received rotation q; readers normalise q.
 inline constexpr double kMaxQuaternionError = 1e-3;
-/// Limit of the translational and of the rotational part of a time-integrated wave variable [√W·s].
+/// Limit of a time-integrated wave variable [√W·s], both for its translational and for its rotational part.
 inline constexpr double kMaxWaveSum = 1e4;
 /// Limit of each entry of a soft contact's stiffness [N/m, N/rad or N·m/rad].
 inline constexpr double kMaxContactStiffness = 1e9;
-/// Limit of a negative eigenvalue of a soft contact's stiffness, as a fraction of the largest eigenvalue. It permits
-/// rounding errors of zero eigenvalues.
+/// Largest permitted magnitude of a negative eigenvalue of a soft contact's stiffness, as a fraction of the largest
+/// eigenvalue. Rounding errors can make an eigenvalue of zero slightly negative.
 inline constexpr double kMaxNegativeStiffness = 1e-5;
 /// Limit of round-trip times and playout delays; longer ones are clamped to this limit.
 inline constexpr Duration kMaxDelay = std::chrono::seconds(10);
 /// Maximum time stamp or age, 73 years. The sum of up to four of them does not overflow.
 inline constexpr Duration kMaxTimestamp{std::int64_t{1} << 61U};
 
-/// Method by which a client bridges the network delay. It determines which fields its updates contain and how the room
-/// uses them.
+/// Method by which a client compensates for the network delay. It determines which fields the client's updates contain,
+/// and how the room uses them.
 enum class ClientMode : std::uint32_t {
   kHandle = 0,  ///< the room couples the newest received handle pose to its tool
-  /// the client simulates a tool in its local model; the room replays handles and tools with a constant delay
+  /// The client simulates a tool in its local model. The room plays out the received handles with a constant delay.
   kLocalModel = 1,
   kWave = 2,  ///< force and velocity are transmitted as wave variables
 };
@@ -61,9 +61,9 @@ struct ClientUpdate {
   Step acknowledged_step;
   ServerTime acknowledged_sent{};
   Duration acknowledged_held{0};
-  /// cumulative work done on the hand by the wrench before the safety stages [world J]
+  /// Cumulative work done on the hand by the wrench that is requested before the safety stages [world J].
   double energy_to_hand_j = 0;
-  double energy_from_hand_j = 0;  ///< cumulative work that this wrench draws from the hand [world J]
+  double energy_from_hand_j = 0;  ///< cumulative work that the same wrench draws from the hand [world J]
   ClientMode mode = ClientMode::kHandle;
   Duration round_trip{0};  ///< measured by the client, including its playout delay; 0: unknown
   Wrench wave;       ///< in mode kWave: wave variable towards the tool, integrated over time [√W·s] (wave_sum())
@@ -90,11 +90,11 @@ struct OtherUserState {
 struct OwnUpdate {
   Step step;
   ServerTime stepped{};
-  /// Tick of the input whose handle this step used. In mode kLocalModel during a gap of inputs: the tick to which the
-  /// handle was extrapolated.
+  /// Tick of the input whose handle this step used. In mode kLocalModel, the handle is extrapolated while inputs are
+  /// missing; this is then the tick to which it was extrapolated.
   Tick answered_input;
-  LocalTime echoed_sent{};  ///< time stamp t1, on the client's clock; 0: no client update was received yet
-  ServerTime received{};    ///< time stamp t2: reception of that client update
+  LocalTime echoed_sent{};  ///< t1: send time of a client update, on the client's clock; 0: none received yet
+  ServerTime received{};    ///< t2: reception of the same client update
   ServerTime sent{};        ///< time stamp t3: sending of this update
   RigidState tool;          ///< X_WT, V_WT of this user's tool
   Wrench wrench_on_hand_W;  ///< wrench of the server's coupling on the hand, about the handle's origin, in W
@@ -104,16 +104,16 @@ struct OwnUpdate {
   double energy_into_world_j = 0;
   double energy_from_world_j = 0;
   double field_energy_kj_per_mol = 0;
-  /// current delay between the arrival of a handle pose and its use; 0: the newest pose is used at once
+  /// Current playout delay: time from the arrival of a handle pose to its use; 0: the newest pose is used at once.
   Duration playout{0};
-  SoftContact soft_contact;  ///< contact of this user's tool or of its held body; trust_radius_m = 0: no contact
+  SoftContact soft_contact;  ///< contact of the user's tool, or of the body it holds; trust_radius_m = 0: no contact
   Wrench wave;               ///< in mode kWave: wave variable towards the hand, integrated over time [√W·s]
 };
 
-/// Complete update for one user. State is absolute (not relative to earlier updates), so only the newest update is
+/// Complete update for one user. All values are absolute, not relative to earlier updates, so only the newest update is
 /// needed.
 struct ServerUpdate : OwnUpdate {
-  /// all bodies of the room; a received message may omit some of them (thinning)
+  /// All bodies of the room. A received message may lack some of them (thinning).
   boost::container::static_vector<BodyState, kMaxBodies> bodies;
   boost::container::static_vector<OtherUserState, kMaxUsers> users;
 };

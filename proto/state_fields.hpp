@@ -1,5 +1,5 @@
-// Private to the state codec: writes and reads the parts that client update and server update have in common. Values
-// that are read are checked against the ranges of state.hpp; values that are written are not.
+// Private to the state codec: writes and reads the parts that client update and server update have in common. Reading
+// checks each value against the limits of state.hpp; writing does not.
 #pragma once
 
 #include <google/protobuf/arena.h>
@@ -19,9 +19,9 @@ inline constexpr int kTwistNumbers = 6;
 inline constexpr int kWrenchNumbers = 6;
 inline constexpr int kTriangleNumbers = 21;
 
-/// Empties this thread's arena and returns it; messages of earlier calls become invalid. Without an arena, Protobuf
-/// would free and allocate sub-messages for every message. The first block is large enough for any message that a peer
-/// of this version can send.
+/// Empties the arena of this thread and returns it; messages in it become invalid. The arena avoids that Protobuf
+/// allocates and frees sub-messages for every message. Its first block is large enough for any message that a peer of
+/// this version can send.
 inline google::protobuf::Arena& fresh_arena() {
   constexpr std::size_t kBlockBytes = 64 * 1024;
   thread_local std::vector<char> block(kBlockBytes);
@@ -34,7 +34,8 @@ Message& fresh_message() {
   return *google::protobuf::Arena::CreateMessage<Message>(&fresh_arena());
 }
 
-// Clamps negative times to 0. A monotonic clock gives none; as an unsigned number, such a time would mean centuries.
+// Returns the nanoseconds of a time; 0 for a negative one, which no monotonic clock gives. (Converted to an unsigned
+// number without the clamp, it would be centuries.)
 inline std::uint64_t nanoseconds_of(Duration duration) {
   return static_cast<std::uint64_t>(std::max(duration, Duration{0}).count());
 }
@@ -53,7 +54,7 @@ bool read_time(std::uint64_t nanoseconds, std::chrono::time_point<Clock, Duratio
   return true;
 }
 
-// Returns whether the length of `a` is at most `limit`; false for NaN, and for a vector whose norm overflows.
+// Returns whether the length of `a` is at most `limit`. For a NaN or an overflow of the length, the result is false.
 inline bool is_within(const Vec3& a, double limit) {
   return a.norm() <= limit;
 }
@@ -174,7 +175,7 @@ inline DropReason read_wrench(const wire::WrenchOnHand& in, Wrench& out) {
   return is_wrench(out) ? DropReason::kNone : DropReason::kNotFinite;
 }
 
-/// Returns whether the state is within the reader's limits, with a margin for rounding to single precision.
+/// Returns whether a reader would accept the state. The margin covers the rounding to single precision.
 inline bool is_sendable(const RigidState& state) {
   constexpr double kInside = 1.0 - 1e-6;
   return is_within(state.X.p, kInside * kMaxPositionM) && is_unit(state.X.q) &&

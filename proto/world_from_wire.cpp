@@ -76,7 +76,7 @@ std::string find_molecular_problem(const wire::Scene& scene, const std::string& 
   } catch (const std::invalid_argument& error) {
     return (path.empty() ? "" : path + ".") + "molecular_field: " + error.what();
   }
-  // A grid takes 64 MB of memory and about a second to compute, so only one grid (of two molecules) is allowed.
+  // A grid belongs to two molecules. It takes 64 MB of memory and about a second to compute, so only one is allowed.
   const auto molecules = std::ranges::count_if(
       scene.bodies(), [](const wire::Body& body) { return body.shapes_size() > 0 && body.shapes(0).has_molecule(); });
   if (scene.molecular_field().far_grid() && molecules > 2) {
@@ -136,7 +136,7 @@ physics::WorldDescription world_from_wire(const wire::Scene& scene) {
 
 namespace {
 
-/// Cache of primitive shapes in use. Rooms, clients and lab trials in one process share equal shapes.
+/// Cache of the primitive shapes in use, by which rooms, clients and lab trials in one process share equal shapes.
 class PrimitivesInUse {
  public:
   using Key = std::array<double, 4>;  ///< kind and sizes of a shape; all must be finite
@@ -199,7 +199,8 @@ std::shared_ptr<const contact::ContactShape> primitive_contact(const wire::Shape
   static PrimitivesInUse in_use;
   if (!is_primitive(shape)) return nullptr;
   const PrimitivesInUse::Key key = key_of(shape);
-  // A non-finite size would break the order of the map's keys. The function that creates the shape reports it.
+  // A size that is not finite is no valid key of the map. It is passed on to the function below, which reports the
+  // error.
   if (!std::ranges::all_of(key, [](double size) { return std::isfinite(size); })) return made_primitive(shape);
   if (auto known = in_use.find(key)) return known;
   auto made = made_primitive(shape);

@@ -42,7 +42,7 @@ constexpr Duration kStatusPeriod{std::chrono::seconds(1)};
 // Maximum time to join a room. It exceeds the sum of the session's time-outs for the steps of a join.
 constexpr Duration kMaxJoin{std::chrono::seconds(20)};
 
-/// Haptic loops of a run with a window, for the exit handler; null unless they may be displaying a force.
+/// Haptic loops that the exit handler must stop. Set only in a run with a window; null while no force may be displayed.
 std::atomic<HapticLoop*> loop_to_stop{nullptr};
 std::atomic<SecondHand*> second_to_stop{nullptr};
 
@@ -56,7 +56,7 @@ void release_at_exit() {
   if (second != nullptr) second->request_stop();
   loop->stop();
   if (second != nullptr) second->stop();
-  // A device with a thread of its own needs some time to receive the zero force (devices/threaded_device.hpp); 60 ms
+  // A device with a thread of its own receives the zero force only after some time (devices/threaded_device.hpp); 60 ms
   // suffice.
   std::this_thread::sleep_for(std::chrono::milliseconds(60));
   std::cerr << "tandem-client: the display was lost\n";
@@ -70,14 +70,14 @@ struct SessionTexts {
   std::string news;  ///< last text about a change in the room
 };
 
-/// Findings of the newest coupling check, and the same findings as text for the user.
+/// Findings of the newest coupling check, as data and as text for the user.
 struct ExplainedCoupling {
-  std::uint64_t check = 0;  ///< number of the check that is explained (CouplingCheck::number)
+  std::uint64_t check = 0;  ///< number of the check to which the findings belong (CouplingCheck::number)
   std::vector<haptics::StabilityFinding> findings;
   std::string lines;
 };
 
-/// Body whose displacement the run reports, in the current scene.
+/// Body of the current scene whose displacement the run reports.
 struct WatchedBody {
   std::shared_ptr<const wire::Joined> joined;
   BodyId id;  ///< id of the body; invalid if there is none
@@ -87,7 +87,7 @@ struct WatchedBody {
 /// State of the wait until the hands of all users in the room start together.
 struct StartWait {
   LocalTime since{};
-  bool has_begun = false;  ///< true once the hand follows its path
+  bool has_begun = false;  ///< true once this user's hand follows its path
   std::string problem;     ///< error message if the room did not begin in time; otherwise empty
 };
 
@@ -100,7 +100,7 @@ struct Screenshot {
 /// Parts of a run that only a run with a window has.
 struct WindowPart {
   Screen* screen = nullptr;                ///< window of the operating system; null: a headless run
-  std::vector<std::string> invitations{};  ///< invitations that the user gives to others
+  std::vector<std::string> invitations{};  ///< invitations that this user can pass on to other users
   Screenshot screenshot{};
   RunEnd::Next next = RunEnd::Next::kQuit;
 };
@@ -163,9 +163,9 @@ class ClientRun {
   LocalTime next_status_{};
   TickRecord newest_;
   bool is_over_ = false;
-  std::optional<HapticLoop> loop_;      ///< declared after the objects that it uses, so that it is destroyed first
+  std::optional<HapticLoop> loop_;      ///< destroyed before the objects above, which it uses
   std::unique_ptr<SecondHand> second_;  ///< null if there is only one device
-  std::optional<CommandRun> commands_;  ///< none if --commands is not used
+  std::optional<CommandRun> commands_;  ///< empty unless --commands is used
   StopSignals stop_signals_;            ///< last member, because its thread calls the loop
 };
 
@@ -237,7 +237,7 @@ void ClientRun::pause() {
   }
 }
 
-/// Ends the run if the user has requested another scene or server in the window.
+/// Ends the run if the user has requested a new session in the window (a scene, a server or the guide).
 void ClientRun::follow_request(WindowRequest request) {
   if (request == WindowRequest::kNone) return;
   part_.next = RunEnd::Next::kOpen;
@@ -312,7 +312,7 @@ void ClientRun::start_loop() {
   if (loop_->keeps_awake()) log("keeping a processor awake for the haptic thread; --keep-awake off turns this off");
   if (second_) second_->start(io_.snapshot());
   second_to_stop = second_.get();
-  // With a window, its mouse moves the hand, so commands must not move it.
+  // With a window, the mouse moves the hand, so commands must not move it.
   if (options_.reads_commands) {
     commands_.emplace(io_, window_ ? nullptr : options_.device.pointer, STDIN_FILENO, STDOUT_FILENO);
   }
@@ -393,7 +393,8 @@ void ClientRun::on_record(const TickRecord& record) {
 
 /// Reports the events since the last call.
 void ClientRun::take_events() {
-  // Texts of all news of this call: events of one step of a game arrive together, and the window shows one text.
+  // Collects the texts of all news of this call. The events of one step of a game arrive together, and the window can
+  // show only one text at a time.
   std::string together;
   while (const std::optional<Event> event = io_.next()) {
     if (const auto* const news = std::get_if<event::News>(&*event)) {
@@ -477,7 +478,7 @@ int ClientRun::finish() {
   return problems.empty() ? 0 : 1;
 }
 
-/// Returns descriptions of the tasks of the run that have failed. If there is any, the exit code is 1.
+/// Returns one text for each task of the run that has failed. If there is any, the exit code is 1.
 std::vector<std::string> ClientRun::problems_at_end(const ClientIoSnapshot& io) {
   const auto if_true = [](bool is_so, const std::string& problem) { return is_so ? problem : std::string(); };
   const std::size_t unset = options_.sets.size() - sets_done_;

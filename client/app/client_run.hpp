@@ -9,11 +9,12 @@
 //                                      ◀─ request_stop() ── signal thread (stop_signals.hpp)
 //
 // Separate threads write the output of the main thread and of the io thread (realtime/output.hpp), because a terminal
-// may block. The main thread may still block when it writes its trace, so the force must not depend on it. The haptic
-// thread ends by itself after the duration, or when the signal thread stops it. In both cases it ramps the force down.
+// may block. The main thread may still block when it writes its trace, so ending the force must not depend on the main
+// thread. The haptic thread ends by itself after the duration, or when the signal thread stops it. In both cases it
+// ramps the force down.
 //
-// The haptic thread starts when the room is joined, so that time zero is the same for the hand's path and the session.
-// It stops first, so that the session is still open while the force is ramped down.
+// The haptic thread starts when the room is joined. So the hand's path and the session have the same time zero. At the
+// end of a run, the haptic thread stops first, because the session must still be open while the force is ramped down.
 #pragma once
 
 #include <string>
@@ -36,12 +37,12 @@ struct RunEnd {
 /// Runs until the duration is over, a signal arrives, or the session ends. Returns the exit code. The caller must have
 /// called block_stop_signals().
 ///
-/// Fails   std::invalid_argument, std::runtime_error or std::system_error: bad set-up, detected before any force is
-///         displayed
+/// Fails   std::invalid_argument, std::runtime_error or std::system_error if the set-up is wrong. This is detected
+///         before any force is displayed
 /// Thread  main
 int run_client(const ClientOptions& options, realtime::Output& output);
 /// Like run_client() above, but in a window that is already open.
-/// In      invitations  shown in the window, for the user to give to others
+/// In      invitations  shown in the window, so that the user can pass them on to other users
 /// Out     has_begun    set to true when the haptic loop starts; valid even if the call throws later
 RunEnd run_client(const ClientOptions& options, realtime::Output& output, Screen& screen,
                   const std::vector<std::string>& invitations, bool& has_begun);

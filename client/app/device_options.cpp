@@ -86,7 +86,8 @@ void add_second_device_options(CLI::App& app, devices::DeviceOptions& second) {
   app.add_option("--second-hand", second.hand, "as --hand, of a simulated second hand")->capture_default_str();
 }
 
-/// Returns the options of the second device: those of the first device, except its name and its recorded hand.
+/// Returns the options of the second device. They are those of the first device, except for its name and its recorded
+/// hand.
 devices::DeviceOptions second_device(const devices::DeviceOptions& first, const devices::DeviceOptions& named) {
   if (named.name == first.name && named.name == "inverse3") {
     throw std::invalid_argument(
@@ -100,7 +101,7 @@ devices::DeviceOptions second_device(const devices::DeviceOptions& first, const 
   return second;
 }
 
-/// Resolves the device "auto" and finds the profile. Called after parsing and not during it, so that --help and
+/// Replaces the device "auto" by a real device and finds the profile. Called after parsing, so that --help and
 /// --version work without a device file.
 void complete_device(devices::DeviceOptions& device, const std::string& profile, bool has_hand, bool has_pointer) {
   const char* option = "--device: ";

@@ -16,12 +16,14 @@ namespace tandem::client {
 class DeviceCommandLine {
  public:
   /// Adds the device options to the command line.
-  /// In      first  set during parsing; must outlive the parser
+  /// In      first  options of the first device, set during parsing; must outlive the parser
   void declare(CLI::App& app, devices::DeviceOptions& first);
-  /// Resolves the device "auto", finds the profile, and reads the file of a recorded hand. Call it after parsing.
-  /// In      has_pointer  a window or commands can move the device "mouse"
+  /// Replaces the device "auto" by a real device, finds the profile, and reads the file of a recorded hand. Must be
+  /// called after parsing.
+  /// In      has_pointer  true: a window or commands can move the device "mouse"
   /// Out     options of the device for the user's other hand; none if there is only one device
-  /// Fails   std::invalid_argument naming the option, its value and the remedy
+  /// Fails   std::invalid_argument if an option has a wrong value; the message names the option, the value and the
+  ///         remedy
   std::optional<devices::DeviceOptions> complete(const CLI::App& app, devices::DeviceOptions& first, bool has_pointer);
 
  private:

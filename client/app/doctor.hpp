@@ -17,7 +17,7 @@ namespace tandem::client {
 enum class Verdict : std::uint8_t {
   kGood,
   kWarning,  ///< usable, with reduced quality
-  kBad       ///< a session will have faults
+  kBad       ///< a session on this machine will have faults
 };
 /// Name of the verdict: "good", "warning" or "bad".
 std::string_view name_of(Verdict verdict) noexcept;
@@ -43,13 +43,14 @@ std::vector<Finding> judge_rights(const std::vector<std::string>& not_granted, i
 ///         resolution   resolution of the kernel's timers
 std::vector<Finding> judge_clocks(const std::filesystem::path& clocksource, Duration resolution);
 
-/// Warns if the host of a virtual machine takes back idle processors, and the haptic thread cannot keep its processor
-/// awake. A thread cannot do so without real-time priority, or with a quota (realtime::should_keep_awake()).
+/// Warns if both conditions hold: the host of this virtual machine takes back idle processors, and the haptic thread
+/// cannot keep its processor awake. It can do so only with real-time priority and without a quota
+/// (realtime::should_keep_awake()).
 Finding judge_idle(bool gives_idle_to_host, bool has_priority, bool has_quota);
 
 /// Evaluates the lateness of a loop with a period of 1 ms:
-/// * bad: more than one tick in a thousand is missed or late by a period, or one tick is late by 20 ms. The safety
-///   chain releases the force after a tick that is so late;
+/// * bad: more than one tick in a thousand is missed or late by a period; or a single tick is late by 20 ms, after
+///   which the safety chain releases the force;
 /// * warning: more than one tick in a thousand is late by half a period.
 Finding judge_lateness(const Histogram& lateness, std::uint64_t missed);
 
@@ -57,13 +58,13 @@ Finding judge_lateness(const Histogram& lateness, std::uint64_t missed);
 struct LinkSample {
   Duration round_trip_min{0};
   Duration round_trip_max{0};
-  Duration longest_gap{0};  ///< longest time without an arrival, up to the end of the measurement
+  Duration longest_gap{0};  ///< longest time without a received state, up to the end of the measurement
   std::uint64_t states = 0;
 };
 /// Evaluates a link:
-/// * bad: no state is received, a gap is so long that the force decays (SafetySettings::silence_start), or the round
-///   trip is above 300 ms, for which there are no lab measurements;
-/// * warning: the round trip is above 100 ms or varies by more than 30 ms, or a gap is above 50 ms.
+/// * bad: no state is received; or a gap is so long that the force decays (SafetySettings::silence_start); or the round
+///   trip is above 300 ms, the largest delay that was measured in the lab;
+/// * warning: the round trip is above 100 ms or varies by more than 30 ms; or a gap is above 50 ms.
 Finding judge_link(const LinkSample& link);
 
 /// Joins as an observer, receives states for `length` and evaluates the link. If the server cannot be joined, the

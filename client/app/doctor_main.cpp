@@ -64,7 +64,7 @@ int run(const DoctorOptions& options) {
   if (duration <= Duration{0}) throw std::invalid_argument("--duration: '" + options.duration + "' must be above 0");
   ClientIoSettings io;
   if (!options.server.empty()) apply_server(options.server, io);
-  // The role is always observer, even if the token permits more, because an observer needs no device.
+  // The doctor always joins as an observer, even if the token permits more, because an observer needs no device.
   io.client.session.role = wire::ROLE_OBSERVER;
   if (options.watches_link()) apply_security(options.security, true, io);
   io.client.session.room = options.room;

@@ -1,4 +1,4 @@
-// tandem-client: joins a room with one or two haptic devices. This file is the only one that catches set-up errors.
+// tandem-client: joins a room with one or two haptic devices. Set-up errors are caught only in this file.
 #include <exception>
 #include <optional>
 

@@ -25,7 +25,7 @@ void add_number(CLI::App& app, const std::string& name, double& value, double le
                 const std::string& help, const std::string& type) {
   const auto in_range = [least, largest](const std::string& text) {
     double number = 0;
-    // Written such that it is false for NaN.
+    // The comparisons are written such that the condition is false for NaN.
     if (CLI::detail::lexical_cast(text, number) && number >= least && number <= largest) return std::string();
     std::ostringstream remedy;
     remedy << "'" << text << "' must be a number from " << least << " to " << largest;

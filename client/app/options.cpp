@@ -143,8 +143,8 @@ void add_set_option(CLI::App& app, std::vector<std::pair<Duration, wire::SetPara
       ->allow_extra_args(false);
 }
 
-/// Adds the options of the simulated link `link`, which applies to both directions. `is_used` becomes true if one of
-/// them is on the command line.
+/// Adds the options of a simulated link; its parameters apply to both directions. `is_used` becomes true if the command
+/// line contains one of these options.
 void add_link_options(CLI::App& app, net::LinkParameters& link, bool& is_used) {
   const auto add = [&app, &is_used](const std::string& name, const std::string& help, const std::string& type,
                                     std::function<void(const std::string&)> store) {
@@ -302,7 +302,7 @@ std::string listed_commands() {
   return text;
 }
 
-/// Returns whether the command line contains none of the options that name or authenticate a server.
+/// Returns true if the command line contains no option that names or authenticates a server.
 bool names_no_server(const CLI::App& app) {
   constexpr std::array kNaming{"--server", "--join", "--pin", "--ca", "--token", "--insecure"};
   return std::ranges::none_of(kNaming, [&app](const char* option) { return app.count(option) > 0; });

@@ -16,18 +16,19 @@
 namespace tandem::client {
 
 ClientRecording recording_settings(const ClientOptions& options, const std::filesystem::path& file);
-/// Returns the absolute path for a recording that the window starts: tandem-TIME.mcap, with the time in UTC. Its folder
-/// is that of the --record file, or without --record the working directory.
+/// Returns the absolute path of the file for a recording that is started in the window: tandem-TIME.mcap, with the time
+/// in UTC. The folder is that of the --record file; without the option --record it is the working directory.
 std::filesystem::path next_recording_file(const ClientOptions& options,
                                           std::chrono::system_clock::time_point since_1970);
 LinkFigures link_figures(const ClientIoSnapshot& io, LocalTime now);
-/// Returns a line of text for the user about a recording: file, length [s], size, and data left out with the reason.
+/// Returns a line of text for the user about a recording: file, length [s], size, number of lost messages, and the
+/// recorder's last message.
 std::string recording_line(const ClientRecorder& recorder, Duration length);
 /// In      recorder  has finished
 boost::json::object recording_json(const ClientRecorder& recorder);
 
-/// Manages the recordings of one run, of which at most one is active. The option --record starts one at the beginning.
-/// The window's button starts and stops further ones.
+/// Manages the recordings of one run. At most one recording is active at a time. With the option --record, a recording
+/// starts at the beginning. The window's button starts and stops further recordings.
 ///
 /// Thread  main
 class RunRecordings {
@@ -41,7 +42,8 @@ class RunRecordings {
   void begin(const std::filesystem::path& file);
   /// Ends the current recording, if any. Blocks until the file is written; no other thread is blocked.
   void end();
-  /// Ends the current recording; without one, begins a recording in the next file. Returns a line of text for the user.
+  /// If a recording is active, ends it. Otherwise begins a recording in the file next_recording_file(). Returns a line
+  /// of text for the user.
   std::string toggle();
 
   bool is_recording() const { return is_recording_; }
@@ -66,7 +68,7 @@ class RunRecordings {
   Duration length_{0};  ///< length of the finished recording
   LocalTime next_link_{};
   std::uint64_t lost_ = 0;
-  boost::json::array earlier_;  ///< JSON of the recordings before the newest one
+  boost::json::array earlier_;  ///< JSON of all recordings before the newest one
 };
 
 }  // namespace tandem::client

@@ -43,7 +43,7 @@ double StretchStatistics::torque_mean_vector_n_m() const {
 }
 
 RunReport::RunReport(const std::vector<std::string>& phases, Duration silence_zero) : silence_zero_(silence_zero) {
-  reported_.state = devices::DeviceState::kReady;  // the expected state, so that only other states are reported
+  reported_.state = devices::DeviceState::kReady;  // state that needs no report
   reported_.is_valid = true;
   for (const std::string& name : phases) phases_.push_back({name, Duration{0}, {}, {}});
 }

@@ -1,6 +1,9 @@
-// Statistics of a session, computed tick by tick: for each phase of the hand's path, for each silence of the server,
-// and for the displacement of the watched body. A headless run prints them as part of its JSON at the end
-// (client/app/summary.hpp).
+// Statistics of a session, computed tick by tick:
+// * for each phase of the hand's path
+// * for each silence of the server
+// * for the displacement of the watched body
+//
+// A headless run prints them as part of its JSON at the end (client/app/summary.hpp).
 #pragma once
 
 #include <cstdint>
@@ -51,12 +54,12 @@ struct PhaseReport {
   std::string name;
   Duration duration{0};
   StretchStatistics whole;
-  StretchStatistics settled;  ///< statistics without the first second of the phase
+  StretchStatistics settled;  ///< statistics of the phase without its first second
 };
 
-/// A period without messages from the server that is long enough to require zero force.
+/// A period without messages from the server, so long that the safety chain must have reduced the force to zero.
 struct Silence {
-  Duration last_arrival{0};  ///< time from the first tick to the last arrival before the silence
+  Duration last_arrival{0};  ///< time of the last arrival before the silence, since the first tick
   /// Time from the last arrival until the force became zero and stayed zero; none if it did not.
   std::optional<Duration> zero_after;
   std::string why;
@@ -74,12 +77,12 @@ class RunReport {
   /// In      phase  index into the names of the phases; −1 for none
   void add(const TickRecord& record, int phase);
   bool is_silent() const { return is_silent_; }
-  /// Sets the reason of the current silence; later calls during one silence have no effect.
+  /// Sets the reason of the current silence. Only the first call during a silence has an effect.
   void explain_silence(const std::string& why);
 
-  /// Returns describe() of the device's sample if the device's state has changed since the last report, otherwise an
-  /// empty string. Changes of only validity or reason are reported at most once a second, so that a loose contact does
-  /// not flood the terminal.
+  /// Returns a description of the device's sample (describe()) if the device's state has changed since the last report,
+  /// otherwise an empty string. If only validity or reason has changed, a report is made at most once a second, so that
+  /// a loose contact does not flood the terminal.
   std::string pop_device_news();
 
   const std::vector<PhaseReport>& phases() const { return phases_; }
@@ -107,7 +110,7 @@ class RunReport {
   std::optional<LocalTime> zero_since_;
   std::vector<Silence> silences_;
   devices::DeviceSample sample_;
-  devices::DeviceSample reported_;  ///< device sample at the last report
+  devices::DeviceSample reported_;  ///< device sample in the last report
   std::optional<LocalTime> reported_at_;
   std::uint32_t server_tick_faults_seen_ = 0;
   bool has_seen_body_ = false;

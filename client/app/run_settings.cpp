@@ -12,7 +12,7 @@
 namespace tandem::client {
 namespace {
 
-// Difference between the priorities of the haptic thread and the io thread, whose priority is lower.
+// Amount by which the priority of the io thread is below that of the haptic thread.
 constexpr int kIoPriorityBelow = 10;
 
 }  // namespace
@@ -84,7 +84,7 @@ void check_screenshot(const std::filesystem::path& file) {
   if (!std::ofstream(file, std::ios::app)) {
     throw std::invalid_argument("--screenshot: " + file.string() + " cannot be written");
   }
-  // The file is removed, so that no empty file remains if the run ends before the screenshot.
+  // Removes the file that the check has created, so that no empty file remains if the run ends before the screenshot.
   if (!was_there) std::filesystem::remove(file, error);
 }
 

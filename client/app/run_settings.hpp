@@ -14,10 +14,10 @@
 namespace tandem::client {
 
 ClientIoSettings io_settings(const ClientOptions& options, const haptics::SafetySettings& safety);
-/// Returns the options of a session that joins `target`, without server, room, authentication and token of an earlier
-/// session.
-/// In      user           name of the user; empty: the name in `options`
-///         is_own_server  the server was started for this user, who may therefore reset its room
+/// Returns the options of a session that joins `target`. Server, room, authentication and token of an earlier session
+/// are not kept.
+/// In      user           name of the user; empty: the name in `options` is kept
+///         is_own_server  true: the server was started for this user. The user may then reset its room
 ClientOptions options_to_join(ClientOptions options, const JoinTarget& target, const std::string& user,
                               bool is_own_server);
 /// Returns the options of a later session in the same window. The files of --trace and --record belong to the first
@@ -25,7 +25,8 @@ ClientOptions options_to_join(ClientOptions options, const JoinTarget& target, c
 ClientOptions options_of_next(ClientOptions options);
 /// Adds a pointer if the device is "mouse", and if a window or commands can move it.
 ClientOptions with_pointer(ClientOptions options);
-/// Opens a SpaceMouse to move the camera; null if none is usable or if it is the device of the hand.
+/// Opens a SpaceMouse with which the user moves the camera. Returns null if no SpaceMouse is usable, or if it is the
+/// device of the hand.
 std::shared_ptr<devices::Device> cap_for_camera(const std::string& device_of_hand);
 /// Checks that the screenshot can be written, so that an error is reported before the run.
 /// Fails   std::invalid_argument if the file cannot be written

@@ -33,7 +33,7 @@ ClientOptions SecondHand::options_of(const ClientOptions& first) {
   options.device.seed = options.seed;
   SessionSettings& session = options.io.client.session;
   session.user_name += " 2";
-  // a room has only one operator, the first hand
+  // A room has only one operator, and the first hand may be this operator.
   if (session.role == wire::ROLE_OPERATOR) session.role = wire::ROLE_MANIPULATOR;
   return options;
 }

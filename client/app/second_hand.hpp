@@ -1,5 +1,5 @@
 // Second hand of a user with two devices. The server treats it as another user of the room. It joins after the first
-// hand and therefore gets the next tool, for example right after left, or ligand after receptor.
+// hand and therefore gets the next tool of the scene, for example the right one after the left one.
 //
 //   separate haptic thread      separate io thread      main thread: poll()
 #pragma once
@@ -62,7 +62,7 @@ class SecondHand {
   std::string last_why_;
   std::string followed_to_;
   std::vector<std::string> realtime_not_granted_;
-  HapticLoop loop_;  ///< declared after the members that it uses, so that it is destroyed first
+  HapticLoop loop_;  ///< destroyed before the members above, which it uses
   bool has_started_ = false;
 };
 

@@ -45,8 +45,9 @@ std::string line_from_stdin() {
   return line;
 }
 
-/// Returns the text of an option. If it is "-", reads one line from stdin instead, after a prompt if that is a
-/// terminal. Other users of the machine can see secrets on the command line, but not on stdin.
+/// Returns the text of an option. If the text is "-", reads one line from stdin instead; if stdin is a terminal, a
+/// prompt is shown. This option exists because other users of the machine can see secrets on the command line, but not
+/// on stdin.
 std::string or_from_stdin(const std::string& text, const char* name) {
   if (text != "-") return text;
   if (isatty(STDIN_FILENO) != 0) std::cerr << "Paste the " << name << ", then press Enter: " << std::flush;
@@ -55,7 +56,8 @@ std::string or_from_stdin(const std::string& text, const char* name) {
 
 void apply_invitation(const std::string& text, bool keeps_role, ClientIoSettings& io) {
   const auto invitation = proto::invitation_of(or_from_stdin(text, "invitation"));
-  // The message does not quote the text, because it may be a secret with a single wrong character.
+  // The message does not quote the text: it may be an invitation with a single wrong character, and an invitation is a
+  // secret.
   if (!invitation)
     throw std::invalid_argument("--join: no invitation; copy the whole output of tandem-server --invite");
   apply_server(invitation->server, io);

@@ -23,8 +23,9 @@ void add_security_options(CLI::App& app, SecurityOptions& options);
 
 /// Sets server, trust and token in `io` from the options.
 ///
-/// In      keeps_role  the user has selected a role; otherwise the role of the token is used
-/// Fails   std::invalid_argument: one line that names the option and the remedy
+/// In      keeps_role  true: the user has selected a role; false: the role of the token is used
+/// Fails   std::invalid_argument if an option is invalid or contradicts another one; the message is one line that names
+///         the option and the remedy
 void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSettings& io);
 
 }  // namespace tandem::client

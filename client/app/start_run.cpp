@@ -99,8 +99,8 @@ bool StartRun::choose() {
 }
 
 /// Opens the scene of the guide if the user has requested it. With --await-server, waits until the server program
-/// exists: deploy/demo compiles it while the start screen is already shown. Otherwise a missing program is an error,
-/// which the start screen shows.
+/// exists, because deploy/demo still compiles it while the start screen is shown. Without --await-server, a missing
+/// program is an error, which the start screen shows.
 void StartRun::open_guide() {
   if (flow_.state() != StartFlow::State::kChoosing) {
     form_.wants_guide = false;
@@ -113,7 +113,7 @@ void StartRun::open_guide() {
   flow_.open({.kind = StartChoice::Kind::kScene, .scene = std::string(kGuideScene)});
 }
 
-/// Returns whether the picture of the start screen is due (--screenshot).
+/// Returns true if the screenshot of the start screen is due (--screenshot).
 bool StartRun::is_pictured(LocalTime since) {
   return !options_.window.screenshot.empty() && SteadyClock().now() - since >= options_.window.after;
 }

@@ -13,7 +13,7 @@ namespace tandem::client {
 /// Fails   std::runtime_error: there is no display; nothing has been started yet
 /// Thread  main
 int run_from_start(const ClientOptions& options, realtime::Output& output);
-/// Like run_from_start() above, but after a session, in its window, which is still open.
+/// Like run_from_start() above, but continues in the window of a session that has ended.
 int run_from_start(const ClientOptions& options, realtime::Output& output, Screen& screen, RunEnd::Next next);
 
 }  // namespace tandem::client

@@ -13,10 +13,10 @@
 namespace tandem::client {
 namespace {
 
-// Period at which the signal thread checks for the end of the program, which is delayed by at most this time.
+// Period at which the signal thread checks whether the program has ended. The end is delayed by at most this time.
 constexpr Duration kSignalPollPeriod{std::chrono::milliseconds(50)};
-// Time after the first signal from which a second signal ends the program at once. It is far longer than the ramp-down
-// of the force (haptic_loop.cpp), and short for a user who presses Ctrl-C again.
+// Time after the first signal from which a second signal ends the program at once. In this time the force is ramped
+// down in any case (haptic_loop.cpp needs far less). For a user who presses Ctrl-C again, the time is short.
 constexpr Duration kSecondSignalAfter{std::chrono::seconds(1)};
 
 bool is_ignored(int signal) {
@@ -28,7 +28,7 @@ sigset_t stop_signals() {
   sigset_t signals;
   sigemptyset(&signals);
   for (const int signal : {SIGINT, SIGTERM, SIGQUIT}) sigaddset(&signals, signal);
-  // An ignored SIGHUP (nohup) must not be blocked, because a blocked signal stays pending even if it is ignored.
+  // Does not block SIGHUP if it is ignored (nohup), because a blocked signal stays pending even if it is ignored.
   if (!is_ignored(SIGHUP)) sigaddset(&signals, SIGHUP);
   return signals;
 }

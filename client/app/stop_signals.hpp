@@ -9,14 +9,15 @@
 
 namespace tandem::client {
 
-/// Blocks SIGINT, SIGTERM, SIGQUIT and SIGHUP for this thread and the threads that it starts; SIGHUP only if it is not
-/// ignored (nohup). Ignores SIGPIPE, so that this program does not end, with a force displayed, when the reader of its
-/// output ends. Must be the first call in main().
+/// Prepares the signals for StopSignals. Must be the first call in main().
+/// * Blocks SIGINT, SIGTERM and SIGQUIT for this thread and the threads that it starts. Blocks SIGHUP as well, unless
+///   it is ignored (nohup).
+/// * Ignores SIGPIPE. Otherwise the program would end, with a force displayed, when the reader of its output ends.
 void block_stop_signals();
 
-/// Waits for one of the signals that block_stop_signals() has blocked. A second signal, at least a second after the
-/// first, ends the program at once with exit code 1. At that time the force has been ramped down, so only the main
-/// thread can still be blocked.
+/// Waits for one of the signals that block_stop_signals() has blocked. A second signal ends the program at once with
+/// exit code 1, if it arrives at least a second after the first. By then the force has been ramped down, so this end is
+/// safe; only the main thread can still be blocked.
 ///
 /// Thread  starts a thread; constructed and destroyed by the same thread
 class StopSignals {
@@ -26,8 +27,8 @@ class StopSignals {
   StopSignals& operator=(const StopSignals&) = delete;
   ~StopSignals();
 
-  /// Sets the function that is called once when a signal arrives. The signal thread calls it, or this function does if
-  /// a signal has arrived already. `on_stop` must not block.
+  /// Sets the function that is called once when a signal arrives. The signal thread calls it. If a signal has arrived
+  /// before, when_requested() itself calls it. `on_stop` must not block.
   void when_requested(std::function<void()> on_stop);
   /// Thread  any
   bool is_requested() const noexcept { return is_requested_.load(std::memory_order_relaxed); }

@@ -44,7 +44,7 @@ json::object link_of(const net::LinkCounters& link) {
           {"queue_full", link.queue_full}};
 }
 
-/// Adds the settings of the run. With the scene and the version they suffice to repeat it.
+/// Adds the settings of the run. Together with the scene and the program version they suffice to repeat the run.
 void add_setup(const RunSummary& s, json::object& out) {
   const ClientOptions& options = s.options;
   const SessionSettings& session = options.io.client.session;
@@ -149,7 +149,8 @@ void add_forces(const RunSummary& s, json::object& out) {
   out["torque_n_m"] = {{"rms", root_mean(c.torque_square_sum, c.ticks)}, {"max", c.torque_max_n_m}};
   out["force_limit_n"] = s.device.force_limit_n;
   out["torque_limit_n_m"] = s.device.torque_limit_n_m;
-  // Includes the displayed forces, not only the computed ones: a single displayed NaN makes these sums of squares NaN.
+  // Checks the displayed forces too, not only the computed ones: a single displayed NaN makes these sums of squares
+  // NaN.
   out["all_forces_finite"] =
       c.not_finite_ticks == 0 && std::isfinite(c.force_square_sum) && std::isfinite(c.torque_square_sum);
   out["not_finite_ticks"] = c.not_finite_ticks;

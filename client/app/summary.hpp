@@ -14,17 +14,16 @@
 
 namespace tandem::client {
 
-/// Selects the body that a run watches: the body that the user's tool holds at the start, otherwise the first graspable
-/// body. Returns an invalid id if there is neither.
+/// Returns the body that a run watches. It is the body that the user's tool holds at the start. If the tool holds none,
+/// it is the first graspable body; if there is none, the id is invalid.
 BodyId watched_body(const wire::Joined& joined);
-/// Returns the server's notes on the scene's files, limited in number and printable on a terminal.
+/// Returns the server's notes about problems in the scene's files, limited in number and printable on a terminal.
 std::vector<std::string> shown_notes(const wire::Joined& joined);
 
 /// Returns a line of text with the scene, user id and tool. The tool is named because it depends on the order in which
 /// users join.
 std::string joined_line(const wire::Joined& joined);
-/// Returns text that names the quantities which the device cannot display (forces or torques); empty if it can display
-/// both.
+/// Returns a text with the quantities (forces or torques) that the device cannot display; empty if it can display both.
 std::string missing_of(const devices::DeviceSpec& device);
 
 /// Returns the line that is printed every second: time of the run, session state, delays, displayed force.

@@ -10,8 +10,8 @@
 namespace tandem::client {
 namespace {
 
-// Number of significant digits. Nine digits resolve 1 nm in 1 m, far below the resolution of any device. They halve the
-// size of the files compared with full precision.
+// Number of significant digits. Nine digits resolve 1 nm in 1 m, far below the resolution of any device. Compared with
+// full precision, they halve the size of the files.
 constexpr int kDigits = 9;
 constexpr int kTimeDecimals = 6;
 

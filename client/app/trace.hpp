@@ -12,9 +12,8 @@
 namespace tandem::client {
 
 /// Writes tick records to a file. Unknown values (server state, watched body) are empty cells.
-///
-/// Out     t_s is the time since the first record. local_ns is the monotonic clock of this machine, the same for all of
-///         its programs
+/// Out     columns t_s: time since the first record; local_ns: monotonic clock of this machine, which is the same for
+///         all programs on this machine
 /// Thread  always the same thread, not the haptic one
 class TraceWriter {
  public:

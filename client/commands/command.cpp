@@ -1,4 +1,4 @@
-// See command.hpp. Parser, help and USING.md all derive from one table of the commands and their fields.
+// See command.hpp. A single table of the commands and their fields determines the parser, the help and USING.md.
 #include "client/commands/command.hpp"
 
 #include <algorithm>
@@ -38,7 +38,7 @@ struct Usage {
   }
 };
 
-constexpr double kMaxPlace_m = 1000;  // limit of position coordinates in messages
+constexpr double kMaxPlace_m = 1000;  // largest absolute value of a position coordinate in a message
 constexpr double kMaxWait_s = 3600;
 
 constexpr Field metres(const char* name) {

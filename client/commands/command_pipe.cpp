@@ -24,7 +24,8 @@ namespace {
 
 constexpr Duration kFinishWithin = std::chrono::milliseconds(500);
 constexpr int kPollPeriod_ms = 100;
-// Number of bytes that a pipe accepts without blocking after poll() has reported POLLOUT (_POSIX_PIPE_BUF).
+// Number of bytes that can be written to a pipe without blocking, once poll() has reported the pipe as writable
+// (POLLOUT). POSIX guarantees this number (_POSIX_PIPE_BUF).
 constexpr std::size_t kMaxWriteBytes = 512;
 
 }  // namespace
@@ -59,10 +60,10 @@ struct CommandPipe::Impl {
   mutable std::mutex mutex;  // protects all members below it
   std::condition_variable changed;
   Turn turn = Turn::kRead;
-  std::string text;  ///< the current line, or its answer, depending on `turn`
+  std::string text;  ///< in the turn kPop the current line, in the turn kWrite its answer
   std::string why_not_written;
   bool should_stop = false;
-  LocalTime give_up{};  ///< deadline for writing the last answer; valid if should_stop is set
+  LocalTime give_up{};  ///< deadline for writing the last answer; used once should_stop is set
   bool is_over = false;
 };
 
@@ -121,7 +122,8 @@ bool CommandPipe::Impl::has_input() {
   return false;
 }
 
-/// Writes the answer. Returns false if the reader has closed the pipe, or has not read by the deadline.
+/// Writes the answer. Returns false if the reader has closed the pipe, or if the answer could not be written before the
+/// deadline.
 bool CommandPipe::Impl::write_answer() {
   std::string answer;
   {

@@ -1,5 +1,5 @@
-// Reads lines and writes their answers, one at a time, on a separate thread. That thread may block on standard input
-// and output, so that the main thread does not.
+// Reads lines and writes one answer to each line, on a thread of its own. Standard input and output may block this
+// thread, but never the main thread.
 //
 //   pipe's thread: read a line ──▶ wait for its answer ──▶ write the answer ──▶ read the next line
 //   main thread:      pop_line() ──────▶ … ──────▶ answer()
@@ -11,8 +11,8 @@
 
 namespace tandem::client {
 
-/// Question-and-answer pipe with backpressure: a line is read only after the previous answer has been written. A peer
-/// that does not read its answers is blocked, and no answer is lost.
+/// Pipe for questions and answers, with backpressure: the next line is read only after the answer to the previous line
+/// has been written. So no answer is lost; a peer that does not read its answers is blocked.
 ///
 /// Thread  always the same thread; the pipe reads and writes on a thread of its own
 class CommandPipe {
@@ -31,16 +31,18 @@ class CommandPipe {
   /// Answers the line that pop_line() returned last.
   /// In      answer  one line, without its line end
   void answer(const std::string& answer);
-  /// Returns whether no further line can arrive: the input has ended, or the answers have no reader.
+  /// Returns true if no further line can arrive, because the input has ended or nobody reads the answers.
   bool is_over() const;
   /// Returns the reason why answers could not be written; empty if there is none.
   std::string problem() const;
-  /// Stops reading. The last answer may still be written for 0.5 s. Waits at most 1 s for the thread.
+  /// Stops reading. The last answer may still be written within 0.5 s. Then waits at most 0.5 s more for the end of the
+  /// thread.
   void finish();
 
  private:
   struct Impl;
-  /// Shared with the thread, because finish() leaves the thread running if it is blocked in a read or a write.
+  /// State that is shared with the thread. If the thread is blocked in a read or a write, finish() does not wait for
+  /// it, so the thread may outlive this object.
   std::shared_ptr<Impl> impl_;
 };
 

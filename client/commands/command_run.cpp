@@ -25,20 +25,22 @@ namespace json = boost::json;
 
 // Interval between pose requests. The server accepts four per second from a user (proto/WIRE.md).
 constexpr Duration kBetweenPoses = std::chrono::milliseconds(260);
-// Delay of the first command after the join. The saved poses arrive right after the join, states a round trip later.
+// Delay of the first command after the join. Within this time the saved poses arrive (right after the join), and the
+// first states (a round trip later).
 constexpr Duration kReadyFor = std::chrono::milliseconds(300);
 constexpr Duration kMaxReadyWait = std::chrono::seconds(5);
 constexpr Duration kMaxMove = std::chrono::seconds(60);
 constexpr Duration kGrabPatience = std::chrono::milliseconds(1500);  // time-out of a grab, as in the window
-// Shortest time for which a button is pressed: long enough that at least one datagram with the press arrives.
+// Shortest time for which a button is pressed. It is long enough that at least one datagram contains the pressed
+// button, even if datagrams are lost.
 constexpr Duration kPress = std::chrono::milliseconds(100);
 
-/// Continuation of a command. It is called at each poll until it returns the fields of the answer. It throws if the
-/// command fails.
+/// The remaining work of a command. It is called at each poll until it returns the fields of the answer. If it throws,
+/// the command fails.
 using Step = std::function<std::optional<json::object>()>;
 using Describe = std::function<json::object(const event::PoseAnswered& event)>;
 
-/// Returns the step of a command that completes at once.
+/// Returns the remaining work of a command that completes at once.
 Step done(json::object fields) {
   return [fields = std::move(fields)] { return std::optional(fields); };
 }
@@ -103,7 +105,7 @@ Step help() {
   return done({{"commands", commands}});
 }
 
-/// Returns the text of an answer to a request that has moved the molecules.
+/// Returns the server's text in its answer to a request that has moved the molecules.
 json::object text_of_answer(const event::PoseAnswered& event) {
   return {{"text", printable(event.answer.pose_taken().text())}};
 }
@@ -155,7 +157,7 @@ struct CommandRun::Impl {
   const View* view = nullptr;
   LocalTime now{};
 
-  Step step;  ///< continuation of the current command; empty if there is none
+  Step step;  ///< remaining work of the current command; empty if no command runs
   std::string word;
   std::size_t lines_taken = 0;
   std::size_t failures = 0;
@@ -164,11 +166,11 @@ struct CommandRun::Impl {
   std::optional<LocalTime> first_poll, joined_since;
   LocalTime next_request{};                     ///< earliest time of the next pose request
   std::uint32_t last_tag = 0;                   ///< tag of the last pose request
-  std::optional<event::PoseAnswered> answered;  ///< answer to that request; nothing if it has not arrived yet
+  std::optional<event::PoseAnswered> answered;  ///< answer to the last pose request; empty until it has arrived
 };
 
-/// Returns true when the data of the room are complete or the time limit has passed. After the time limit, commands
-/// report the missing data.
+/// Returns true once the states and saved poses of the room have arrived, or the time limit has passed. In the second
+/// case the commands report which data are missing.
 bool CommandRun::Impl::await_room() {
   if (!first_poll) first_poll = now;
   const bool is_complete = snapshot->has_state && view != nullptr && view->has_state;
@@ -413,8 +415,8 @@ Step CommandRun::Impl::grab() {
 Step CommandRun::Impl::release() {
   if (!seen().record.held_body.is_valid()) refuse("the hand holds nothing");
   const json::value held = holding(*snapshot, seen());
-  // A body that the scene attaches to the hand is held without a pressed button. The button is pressed and released,
-  // because only a release of the button releases a body.
+  // A body that the scene attaches to the hand is held without a pressed button. Only the release of a button makes the
+  // tool release a body, so the button is pressed and then released.
   own_hand().press(kButtonGrab, true);
   const LocalTime pressed = now;
   return [=, this]() -> std::optional<json::object> {
@@ -459,7 +461,7 @@ void CommandRun::poll(const ClientIoSnapshot& io, const View* view, LocalTime no
 }
 
 bool CommandRun::is_over() const {
-  // Even without any command, the program ends only after joining, so that its exit code shows whether joining
+  // The program ends only after joining, even if there are no commands, so that its exit code shows whether joining
   // succeeded.
   return impl_->has_quit || (impl_->is_ready && !impl_->step && impl_->pipe.is_over());
 }

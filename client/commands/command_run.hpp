@@ -13,8 +13,9 @@
 
 namespace tandem::client {
 
-/// Answers each line with exactly one line of JSON: {"line": its number, "command": its name, "ok": true, and the
-/// results}, or {"line", "command", "ok": false, "error": the problem and the remedy}.
+/// Answers each line with exactly one line of JSON:
+/// * success: {"line": number of the line, "command": name of the command, "ok": true, and the results}
+/// * failure: {"line", "command", "ok": false, "error": the problem and the remedy}
 ///
 /// Thread  main
 class CommandRun {
@@ -30,14 +31,14 @@ class CommandRun {
   /// Calls finish().
   ~CommandRun();
 
-  /// Receives an event of the client. Call it for each event, before the poll() whose snapshot includes the event's
-  /// effect.
+  /// Receives an event of the client. Must be called for each event, before the poll() whose snapshot contains the
+  /// effect of the event.
   void receive(const Event& event);
   /// Continues the current command, or begins the next one. Call it about every 10 ms.
   /// In      view  HapticCore::newest_view(); null: none yet
   void poll(const ClientIoSnapshot& io, const View* view, LocalTime now);
-  /// Returns whether the program must end: after the command quit, at the end of the input, or when the answers have no
-  /// reader.
+  /// Returns true if the program must end: after the command quit, at the end of the input, or if nobody reads the
+  /// answers.
   bool is_over() const;
   /// Fails the current command with an error, and stops reading.
   void finish();

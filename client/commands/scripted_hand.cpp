@@ -7,7 +7,8 @@
 namespace tandem::client {
 namespace {
 
-// Limit of the time step in follow(). After a delay of the main thread, the pointer thus moves only a short way.
+// Limit of the time step in follow(). If the main thread is delayed, the pointer moves only a short distance in the
+// next step.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(100);
 
 }  // namespace

@@ -1,4 +1,5 @@
-// A hand that commands move: it moves the pointer of the device "mouse", as the window's mouse does in other runs.
+// A hand that is moved by commands. It moves the pointer of the device "mouse", which the window's mouse moves in runs
+// without commands.
 #pragma once
 
 #include <memory>
@@ -10,17 +11,18 @@
 
 namespace tandem::client {
 
-/// Moves the pointer of the device "mouse" along a straight line to a goal in the world. The device's simulated hand
-/// has mass, damping and a spring to the pointer, and yields to forces. Forces are thus limited as for any other hand.
+/// Moves the pointer of the device "mouse" along a straight line to a goal in the world. A spring pulls the device's
+/// simulated hand (a mass with damping) to the pointer. The hand yields to forces, so forces are limited as for any
+/// other hand.
 ///
 /// Thread  main
 class ScriptedHand {
  public:
-  /// Speed in the device frame, like that of a careful user: an eighth of the speed that the device can follow.
+  /// Speed in the device frame. Our choice: that of a careful user, an eighth of the speed that the device can follow.
   static constexpr double kSpeed_m_per_s = 0.1;
   static constexpr double kTurn_rad_per_s = 1;
-  /// Largest distance between pointer and hand, as for the window's mouse. The hand's spring then exerts about the
-  /// device's maximum force, so the pointer stops.
+  /// Largest distance between pointer and hand, as for the window's mouse. At this distance the spring exerts about the
+  /// device's maximum force, so the pointer is not moved further.
   static constexpr double kMaxStretch_m = 0.05;
   static constexpr double kMaxTwist_rad = 0.6;
   /// The hand is at rest when it has been slower than these limits for kRestFor.
@@ -41,7 +43,7 @@ class ScriptedHand {
   /// Moves the pointer as far as its speed limit permits in the time since the last call, and publishes it. After a
   /// change of the scene, ends the movement and releases the buttons instead.
   void follow(const View& view, LocalTime now);
-  /// Returns whether the hand has come to rest since the last move_to(), at the goal or against an obstacle.
+  /// Returns true if the hand has come to rest since the last move_to(), either at the goal or at an obstacle.
   bool is_at_rest(LocalTime now) const;
   /// Returns whether the pointer has reached the goal and the hand is within kMaxStretch_m and kMaxTwist_rad of it.
   bool has_arrived() const { return has_arrived_; }
@@ -56,7 +58,7 @@ class ScriptedHand {
   bool has_arrived_ = true;
   std::uint32_t scene_ = 0;  ///< generation number of the scene in the newest view
   LocalTime followed_{};
-  LocalTime moved_{};  ///< last time at which the hand was faster than the limits of rest, or move_to() was called
+  LocalTime moved_{};  ///< last time at which the hand was not at rest, or of the last move_to()
 };
 
 /// Inverse of WorkspaceMapping::world_pose().

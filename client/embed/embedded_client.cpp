@@ -18,8 +18,8 @@
 namespace tandem::client::embed {
 namespace {
 
-/// Blocks all signals of the calling thread, except those of faults, while the object exists. Threads that are started
-/// meanwhile inherit the mask, so that the program's signal handlers never run on threads of the library.
+/// While an object of this class exists, all signals of the calling thread are blocked, except those of faults. Threads
+/// started during this time inherit the mask. So the program's signal handlers never run on threads of the library.
 class SignalsBlocked {
  public:
   SignalsBlocked() {
@@ -60,7 +60,7 @@ Signal::~Signal() {
 
 void Signal::raise() noexcept {
   const std::uint64_t one = 1;
-  // The write can fail only if the eventfd's counter is full, and then the signal is already raised.
+  // The write can fail only if the eventfd's counter is full. In that case the signal is raised already.
   [[maybe_unused]] const auto written = ::write(descriptor_, &one, sizeof one);
 }
 
@@ -265,15 +265,15 @@ bool EmbeddedClient::pop(tandem_tick& tick) {
   return true;
 }
 
-// If the queue is empty, the signal is lowered and the queue is read once more, because an event may have arrived
-// between the first read and the lowering. Such an event is returned, and the signal is raised again for further
-// events.
+// Returns the next event. If the queue is empty, the signal is lowered, and then the queue is read a second time,
+// because an event may have arrived before the lowering. If this second read returns an event, the signal is raised
+// again for further events.
 std::optional<Event> EmbeddedClient::next_event() {
   std::optional<Event> event = io_->next();
   if (event.has_value() || is_closed_) return event;
   events_.lower();
   event = io_->next();
-  // close() raises the signal too. If that happened just before lower(), the signal must be raised again.
+  // close() raises the signal too. If close() was called just before lower(), the signal must be raised again.
   if (event.has_value() || is_closed_) events_.raise();
   return event;
 }

@@ -4,7 +4,7 @@
 //   snapshot, ticks ◀── mailbox, ring ───── haptic   HapticLoop, 1 kHz; never waits for the program
 //   commands, events ◀── queues, eventfd ─▶ io       ClientIo
 //
-// Phases: open → join() → start() → stop(). stop() can be called in every phase, and no phase follows it.
+// Phases: open → join() → start() → stop(). stop() is possible in every phase and ends the client for good.
 #pragma once
 
 #include <atomic>
@@ -21,7 +21,7 @@
 
 namespace tandem::client::embed {
 
-/// A signal between threads: an eventfd that is readable while the signal is raised.
+/// A signal between threads, implemented by an eventfd. The eventfd is readable while the signal is raised.
 class Signal {
  public:
   /// Fails   std::system_error: no file descriptor is free
@@ -43,7 +43,8 @@ class Signal {
 class EmbeddedClient {
  public:
   /// Opens the device, but does not connect.
-  /// Fails   StatusError, std::invalid_argument or std::runtime_error; the message names the remedy
+  /// Fails   StatusError, std::invalid_argument or std::runtime_error if the settings are invalid or the device cannot
+  ///         be opened; the message names the remedy
   explicit EmbeddedClient(ClientConfig config);
   /// Calls close().
   ~EmbeddedClient();
@@ -51,7 +52,8 @@ class EmbeddedClient {
   EmbeddedClient& operator=(const EmbeddedClient&) = delete;
 
   void join();
-  /// Fails   StatusError: TANDEM_ENDED, TANDEM_TIMED_OUT, or TANDEM_BAD_HANDLE after close()
+  /// Fails   StatusError with the status TANDEM_ENDED (the session has ended), TANDEM_TIMED_OUT, or TANDEM_BAD_HANDLE
+  ///         (after close())
   void wait_joined(Duration timeout);
   void start();
   /// Ramps the force to zero, then leaves the room.
@@ -65,8 +67,8 @@ class EmbeddedClient {
   void send(Command command);
   StageSettings stage() const { return io_->snapshot().rendering.stage; }
   bool has_links() const { return has_links_; }
-  /// Returns the message that shows a position in the world to other users. If `body` is not 0, the position moves with
-  /// that body.
+  /// Returns the message with which this user points at a position in the world. If `body` is not 0, the position moves
+  /// with that body.
   /// Fails   StatusError: a body with this id does not exist
   wire::Point point_of(std::uint32_t body, const Vec3& place_W);
 
@@ -80,9 +82,9 @@ class EmbeddedClient {
   std::vector<tandem_body> bodies();
   std::vector<tandem_user> users();
   bool pop(tandem_tick& tick);
-  /// Returns the next event that has an equivalent in the C interface.
+  /// Returns the next event that the C interface can represent. Events of other kinds are skipped.
   std::optional<Event> next_event();
-  /// Fails   StatusError: TANDEM_TIMED_OUT, or TANDEM_BAD_HANDLE after close()
+  /// Fails   StatusError with the status TANDEM_TIMED_OUT, or TANDEM_BAD_HANDLE (after close())
   void wait_event(Duration timeout);
   int event_descriptor() const { return events_.descriptor(); }
 
@@ -95,15 +97,15 @@ class EmbeddedClient {
   bool has_links_;
   Signal events_;
   std::string device_name_;
-  std::shared_ptr<OwnDevice> own_device_;    ///< null if the library opened the device
-  std::unique_ptr<devices::Device> device_;  ///< null if the program drives the device
+  std::shared_ptr<OwnDevice> own_device_;    ///< device that the program drives; null if the library opened a device
+  std::unique_ptr<devices::Device> device_;  ///< device that the library opened; null if the program drives the device
   std::atomic<bool> is_closed_{false};
   std::atomic<Phase> phase_{Phase::kOpen};
   std::mutex lifecycle_;  ///< protects the changes of phase_
   mutable std::mutex notes_mutex_;
-  std::string realtime_note_;  ///< real-time rights that the system refused
+  std::string realtime_note_;  ///< text about the real-time rights that the system refused
   std::unique_ptr<ClientIo> io_;
-  std::mutex view_mutex_;           ///< serialises the readers of the view, which may have one reader only
+  std::mutex view_mutex_;           ///< only one thread at a time may read the view
   mutable std::mutex ticks_mutex_;  ///< serialises the readers of the ring of ticks; protects the pointer `loop_`
   std::unique_ptr<HapticLoop> loop_;
 };

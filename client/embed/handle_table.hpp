@@ -10,18 +10,20 @@
 
 namespace tandem::client::embed {
 
-/// Table of objects by handle. After remove(), a handle never becomes valid again, so that a late call with it is an
-/// error instead of a crash.
+/// Table of objects by handle. A handle never becomes valid again after remove(). So a late call with a removed handle
+/// is an error instead of a crash.
 ///
-/// Model   handle = kind · 2⁵⁶ + generation · 2¹⁶ + index in the table + 1. The generation counts all handles of the
-///         table. A program that opens 1000 handles a second uses up the 2⁴⁰ generations in 34 years
+/// Model   handle = kind · 2⁵⁶ + generation · 2¹⁶ + index in the table + 1
+///         kind        number of this table, different for each table
+///         generation  number of handles that the table has issued before. A program that opens 1000 handles a second
+///                     uses up the 2⁴⁰ generations in 34 years
 /// Thread  any
 template <class T>
 class HandleTable {
  public:
   static constexpr std::size_t kCapacity = 256;
 
-  /// In      kind  1 to 255, different for each table, so that a table refuses handles of another table
+  /// In      kind  1 to 255, different for each table; so a table refuses the handles of all other tables
   explicit HandleTable(std::uint8_t kind) : kind_(kind) {}
 
   /// Adds an object and returns its handle; 0 if kCapacity objects are open.

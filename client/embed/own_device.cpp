@@ -7,8 +7,8 @@
 namespace tandem::client::embed {
 namespace {
 
-/// Largest accepted deviation of a quaternion's norm from 1. It is far above the error of about 1e-6 of a program that
-/// computes in single precision.
+/// Largest accepted deviation of a quaternion's norm from 1. The error of a program that computes in single precision
+/// is far smaller, about 1e-6.
 constexpr double kMaxLengthError = 1e-2;
 
 bool is_zero(const Wrench& wrench) noexcept {
@@ -66,8 +66,9 @@ ForceCommand OwnDevice::force(LocalTime now) {
   return command;
 }
 
-// A sample older than kMaxFeedAge is invalid, so that the client decays the force. From kZeroWithin on the device
-// counts as lost, so that the client writes zero at once.
+// Returns the newest sample of the program. If the sample is older than kMaxFeedAge, it is marked invalid, so that the
+// client decays the force. If it is older than kZeroWithin, the device is reported as lost, so that the client writes
+// zero at once.
 devices::DeviceSample OwnDevice::read(LocalTime now) noexcept {
   samples_.poll();
   devices::DeviceSample sample = samples_.front();

@@ -3,9 +3,9 @@
 //   program   feed() ──▶ newest sample ──▶  read()    haptic thread
 //             force() ◀── newest command ◀── write()
 //
-// 1. If the program stops passing samples, the last sample becomes invalid at the age kMaxFeedAge. The safety chain of
-//    the client then decays the force within kFeedDecay, so that it is zero kZeroWithin after the last sample. Later
-//    the force returns with the start ramp.
+// 1. If the program stops passing samples, the last sample becomes invalid at the age kMaxFeedAge. The client's safety
+//    chain then decays the force within kFeedDecay. So the force is zero kZeroWithin after the last sample. When
+//    samples arrive again, the force is ramped up from zero.
 // 2. Independently of the safety chain, force() returns zero if the last sample or the last command is older than
 //    kZeroWithin. It continues to return zero until the haptic thread has called has_released_force(), so that the
 //    chain restarts from zero.
@@ -24,12 +24,12 @@ namespace tandem::client::embed {
 
 /// Age of a sample above which it is invalid: twice the period of the lowest documented sample rate, 200 Hz.
 inline constexpr Duration kMaxFeedAge = std::chrono::milliseconds(10);
-/// Time in which the force decays to zero once the sample is invalid (SafetySettings::fault_decay).
+/// Time in which the force decays to zero after the sample has become invalid (SafetySettings::fault_decay).
 inline constexpr Duration kFeedDecay = std::chrono::milliseconds(8);
-/// Age of the last sample, or of the last command, from which the force is zero.
+/// Age of the last sample, or of the last command, above which the displayed force is zero.
 inline constexpr Duration kZeroWithin = std::chrono::milliseconds(20);
 
-/// A sample from the program. problem_of() checks it.
+/// A sample that the program passes to the device. It must be checked by problem_of().
 struct FedSample {
   Pose X_DH;
   Twist V_DH;
@@ -42,7 +42,7 @@ const char* problem_of(const FedSample& sample) noexcept;
 struct ForceCommand {
   Wrench on_hand_D;
   bool is_stale = false;       ///< true: the program or the haptic thread has stalled, and the wrench is zero
-  std::uint64_t commands = 0;  ///< number of commands so far, to detect a new one
+  std::uint64_t commands = 0;  ///< number of commands so far; a changed number shows that a command is new
 };
 
 class OwnDevice final : public devices::Device {
@@ -59,7 +59,7 @@ class OwnDevice final : public devices::Device {
   /// Returns the current command.
   /// Thread  any except haptic
   ForceCommand force(LocalTime now);
-  /// Closes the device for the client: from now on read() returns invalid samples of a lost device.
+  /// Closes the device for the client: after this call, read() returns invalid samples with the state kLost.
   /// Thread  any
   void end_feed() noexcept { has_ended_.store(true, std::memory_order_relaxed); }
   /// Reserves the device for one client. Returns false if another client has reserved it.
@@ -82,9 +82,9 @@ class OwnDevice final : public devices::Device {
   devices::DeviceProfile profile_;
   std::atomic<bool> has_ended_{false};
   std::atomic<bool> is_reserved_{false};
-  /// True: force() has replaced a command by zero, and has_released_force() was not called yet.
+  /// True: force() has returned zero instead of a command, and has_released_force() has not been called since.
   std::atomic<bool> gave_zero_{false};
-  std::atomic<bool> is_on_{false};  ///< true: the last force that the program read was not zero
+  std::atomic<bool> is_on_{false};  ///< true: the last force that force() returned to the program was not zero
 
   std::mutex feeding_;  ///< serialises feed(); the haptic thread never locks it
   haptics::VelocityEstimator estimator_;

@@ -16,8 +16,8 @@ constexpr int kDefaultPriority = 70;
 /// Difference between the priorities of the haptic thread and the io thread, as in tandem-client.
 constexpr int kIoPriorityBelow = 10;
 
-/// Replaces a maximum that the program did not set. The value is higher than any real maximum, so that only the bounds
-/// for unverified devices apply (devices::coupling_bounds()).
+/// Value for a maximum that the program did not set. It is higher than any real maximum, so that only the bounds for
+/// unverified devices apply (devices::coupling_bounds()).
 const devices::SourcedLimit kUnknown{1e9, "unverified: the program has not given it"};
 
 [[noreturn]] void refuse(const std::string& text) {

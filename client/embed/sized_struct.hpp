@@ -1,5 +1,5 @@
-// Reads and writes structs of the C interface. Their first field is their size, so that program and library may have
-// different versions.
+// Reads and writes structs of the C interface. The first field of each struct is its size. So program and library may
+// have different versions of the struct.
 #pragma once
 
 #include <algorithm>
@@ -15,11 +15,11 @@
 
 namespace tandem::client::embed {
 
-/// Limits of struct_size [bytes]. The minimum is a struct with one more field of 4 bytes. The maximum is larger than
-/// any later version of a struct will be.
+/// Limits of struct_size [bytes]. The minimum is the size field and one more field of 4 bytes. The maximum is larger
+/// than any later version of a struct will be.
 inline constexpr std::uint32_t kMinStructSize = 8, kMaxStructSize = 65536;
-/// struct_size must be a multiple of this alignment. No version of a struct has padding, so that a valid size never
-/// ends within a field.
+/// struct_size must be a multiple of this number. All versions of a struct have such a size and no padding, so a valid
+/// size never ends within a field.
 inline constexpr std::uint32_t kStructAlignment = 8;
 
 /// Returns the struct_size that the calling program has set.
@@ -34,8 +34,8 @@ std::uint32_t size_of(const Struct* given, const char* name) {
                                              "; set it to sizeof(" + name + ") before the call");
 }
 
-/// Reads a struct of settings from the program. Fields that the program's version lacks are zero.
-/// Fails   StatusError: see size_of(); or the program's version has a field that this version lacks, and it is not zero
+/// Reads a struct of settings from the program. Fields that the program's version of the struct does not have are zero.
+/// Fails   StatusError: see size_of(); or the program has set a field that this version of the library does not have
 template <class Struct>
 Struct read_struct(const Struct* given, const char* name) {
   const std::uint32_t size = size_of(given, name);
@@ -50,8 +50,9 @@ Struct read_struct(const Struct* given, const char* name) {
   return known;
 }
 
-/// Writes a result to element `index` of the program's array, whose elements have `size` bytes. Fields that the
-/// program's version lacks are omitted; fields that this version lacks are set to zero. struct_size is preserved.
+/// Writes a result to element `index` of the program's array, whose elements have `size` bytes. Fields that only this
+/// version of the library has are omitted. Fields that only the program's version has are set to zero. The field
+/// struct_size is not changed.
 template <class Struct>
 void write_struct(Struct result, Struct* to, std::uint32_t size, std::size_t index = 0) {
   result.struct_size = size;
@@ -79,8 +80,8 @@ inline std::string checked_text(const char* text, const char* name) {
   return text;
 }
 
-/// Copies a text and a final 0 into a buffer of at least one byte. A text that is too long is cut between two UTF-8
-/// characters.
+/// Copies a text and a final 0 into a buffer of at least one byte. A text that does not fit is cut at the start of a
+/// UTF-8 character.
 inline void cut_text(std::string_view text, std::span<char> to) {
   std::size_t length = std::min(text.size(), to.size() - 1);
   while (length > 0 && length < text.size() && (static_cast<unsigned char>(text[length]) & 0xc0U) == 0x80U) --length;

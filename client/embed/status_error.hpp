@@ -1,4 +1,4 @@
-// Exception within the library, with the status that the C interface returns.
+// Exception that is used within the library. It contains the status that the C interface returns.
 #pragma once
 
 #include <stdexcept>

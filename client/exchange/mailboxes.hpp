@@ -1,5 +1,6 @@
-// Data that a client's io thread and haptic thread exchange by value, in three newest-wins mailboxes. A local model
-// owns memory, so it is handed over as an object instead (client/haptics/rendering.hpp).
+// Data that a client's io thread and haptic thread exchange by value, in three mailboxes that keep only the newest
+// value. A local model is not copied but handed over as an object, because it owns memory
+// (client/haptics/rendering.hpp).
 #pragma once
 
 #include <array>
@@ -25,16 +26,17 @@ struct ReceivedUpdate {
 /// Start of this user's simulated or recorded hand along its path.
 struct HandStart {
   enum class Kind : std::uint8_t { kAtOnce, kAwaited, kAt };
-  /// kAtOnce: at the first tick; kAwaited: unknown, the room waits for other users; kAt: at time `at`
+  /// kAtOnce: at the first tick; kAwaited: not known yet, because the room waits for other users; kAt: at the time `at`
   Kind kind = Kind::kAtOnce;
   ServerTime at{};  ///< start time if kind is kAt
 };
 
-/// Settings of a scene for the haptic thread. Published when the session joins and when a parameter changes.
+/// Settings of a scene for the haptic thread. They are published when the session joins, and after each change.
 struct HapticScene {
   std::uint32_t generation = 0;  ///< incremented at each join; a new value resets the stages and restarts the ramp
   bool may_drive = false;        ///< true: joined as a manipulator: handle and buttons are sent to the server
-  /// The scene's force may be displayed; false: zero force, e.g. because the coupling would be unstable on this device
+  /// True: the scene's force may be displayed. False: zero force, for example because the coupling would be unstable on
+  /// this device
   bool may_display = false;
   WorkspaceMapping workspace;
   std::size_t law = 0;  ///< index into haptics::coupling_laws()
@@ -42,7 +44,7 @@ struct HapticScene {
   haptics::CouplingParameters coupling;
   std::uint32_t tool = 0;  ///< index of this user's tool in the scene
   HandStart hand_start;
-  std::uint32_t places_shown = 0;  ///< incremented each time another user points at a position
+  std::uint32_t places_shown = 0;  ///< number of times that another user has pointed at a position
   Vec3 shown_W = Vec3::Zero();     ///< the position that another user pointed at last
   /// Bit i is set: the body with index i is currently absent from the scene (wire::GameState)
   std::uint64_t absent_bodies = 0;

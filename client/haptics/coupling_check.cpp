@@ -26,8 +26,7 @@ bool is_graver(const haptics::StabilityFinding& a, const haptics::StabilityFindi
   return a.spectral_radius > b.spectral_radius;
 }
 
-/// Adds a finding to `into`. Of two findings about translation, or two about rotation, only the more severe one is
-/// kept.
+/// Adds a finding to `into`. For translation and for rotation, only the most severe finding is kept.
 void merge(const haptics::StabilityFinding& finding, std::vector<haptics::StabilityFinding>& into) {
   const auto same = std::find_if(into.begin(), into.end(), [&](const haptics::StabilityFinding& other) {
     return other.is_rotation == finding.is_rotation;
@@ -79,7 +78,7 @@ Vec3 eigenvalues(const Mat3& matrix) {
   return Eigen::SelfAdjointEigenSolver<Mat3>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
-/// Returns the smallest and the largest mass, or only one of them if they are equal.
+/// Returns the smallest and the largest mass of `ends`, or a single mass if both are equal.
 std::vector<physics::MovedMass> distinct(const std::array<physics::MovedMass, 2>& ends) {
   constexpr double kSame = 1 + 1e-9;
   const auto& [least, most] = ends;
@@ -197,7 +196,8 @@ bool CouplingWatch::check(const HapticScene& scene, const wire::Joined& joined, 
   if (!device_ || law == nullptr) return true;
   ++last_.number;
   last_.scene = scene;
-  // The join message does not contain a body that the tool holds from the start, only the state updates do (gripped_).
+  // If the tool holds a body from the start, the join message does not name this body. The state updates do; gripped_
+  // is the body that they name.
   const BodyId moved = held.is_valid() ? held : gripped_;
   last_.moved = things_to_move(joined, *law, moved, moved == gripped_ ? &grip_B_ : nullptr);
   last_.is_refused = last_.moved.empty() || !is_stable_coupling(scene, last_.moved, *device_);

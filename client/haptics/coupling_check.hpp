@@ -1,5 +1,5 @@
-// Checks whether a scene's coupling is stable on this client's device. The check is fast enough for the io thread. The
-// explanation of its result is slow and needs a thread that may block.
+// Checks whether a scene's coupling is stable on this client's device. The check is fast enough for the io thread. A
+// separate function explains the result and searches for remedies; it is slow and needs a thread that may block.
 #pragma once
 
 #include <array>
@@ -35,9 +35,9 @@ namespace tandem::client {
 ///         p_BT  grip point, in the body's own frame B
 std::array<physics::MovedMass, 2> resistance_at(const MassProperties& mass, const Vec3& p_BT, bool is_held_body);
 
-/// Returns the effective masses that the coupling may have to move: the user's tool, and the smallest and largest of
-/// all bodies that the tool could grab. A held body is assumed to be held at its grip point. The grip point of any
-/// other body is not known yet, so such a body is assumed to be held at its centre of mass.
+/// Returns the effective masses that the coupling may have to move: that of the user's tool, and the smallest and the
+/// largest mass of all bodies that the tool could grab. A held body is assumed to be held at its grip point. For every
+/// other body the grip point is not known yet, so its centre of mass is assumed.
 ///
 /// Exception: with a massless tool, or with the law `adaptive`, the coefficients are computed for the mass that is
 /// moved now. Then the result contains only the masses of `held`, or only those of the tool if no body is held.
@@ -49,26 +49,27 @@ std::vector<physics::MovedMass> things_to_move(const wire::Joined& joined, const
 
 /// Result of one check, with the data needed to explain it later.
 struct CouplingCheck {
-  std::uint64_t number = 0;  ///< number of this check, counted from 1; 0: no check was made
-  bool is_refused = false;   ///< true: must not be displayed; unstable on this device, or a mass is unknown
+  std::uint64_t number = 0;  ///< number of this check, counted from 1; 0: no check has been made
+  bool is_refused = false;   ///< true: the coupling must not be displayed, because it is unstable or a mass is unknown
   HapticScene scene;
   std::vector<physics::MovedMass> moved;
 };
 
-/// Returns true if the coupling of `scene`, with the limits of the device, is stable with each mass in `moved`. Returns
-/// true if the coupling law does not exist. The check does not model the network delay; its effect on stability is
-/// measured in the lab.
+/// Returns true if the coupling of `scene`, bounded for the device, is stable with each mass in `moved`. Also returns
+/// true if the scene's coupling law is unknown. The network delay is not modelled; the lab measures its effect on
+/// stability.
 ///
 /// Cost    with three masses in six axes: 0.6 ms for a velocity window of 4 periods, 4 ms for 20 periods (the maximum);
 ///         allocates
 bool is_stable_coupling(const HapticScene& scene, const std::vector<physics::MovedMass>& moved,
                         const devices::DeviceProfile& device);
 
-/// Explains a check and searches for remedies. The result contains kUnstable if and only if is_stable_coupling() is
-/// false.
+/// Explains the result of a check and searches for remedies. The findings include kUnstable exactly if
+/// is_stable_coupling() returns false.
 ///
-/// Out     the most severe finding for translation and for rotation, and one more if the law itself generates energy
-///         (find_active_law()); a single finding if the moved mass is not known
+/// Out     the most severe finding for translation and the most severe one for rotation. A third finding is added if
+///         the coupling law itself generates energy (find_active_law()). If the moved mass is not known, there is a
+///         single finding
 /// Cost    6 ms; tens of milliseconds if a remedy is searched for
 /// Thread  any that may block
 std::vector<haptics::StabilityFinding> explained(const CouplingCheck& check, const devices::DeviceProfile& device);
@@ -81,7 +82,7 @@ std::vector<haptics::StabilityFinding> explained(const CouplingCheck& check, con
 class CouplingWatch {
  public:
   /// Time without a change after which a burst counts as complete. Our choice: the messages of one burst arrive
-  /// together. An unstable oscillation cannot grow within this time, because the coefficients are ramped over
+  /// together. The time is short enough that an unstable oscillation cannot grow, because coefficients are ramped over
   /// kCouplingRamp_s.
   static constexpr Duration kQuiet{std::chrono::milliseconds(50)};
   /// Maximum time from the first change of a burst to the check. It is needed because a dragged slider may cause a long
@@ -91,7 +92,7 @@ class CouplingWatch {
   /// handle.
   static constexpr double kGripMoved_m = 0.005;
 
-  /// In      device  profile of the device; without a profile every check passes
+  /// In      device  profile of the device; without a profile, check() always returns true
   explicit CouplingWatch(std::optional<devices::DeviceProfile> device) : device_(std::move(device)) {}
 
   /// Restarts the debounce after a change of a coefficient or of the held body.

@@ -9,9 +9,9 @@
 namespace tandem::client {
 
 /// Passivity controller that fades in and out within 0.3 s, so that switching causes no force step.
-///
-/// Invariants  Once the controller has been on, it keeps its energy account even while it is faded out. So the account
-///             is correct when the controller is switched on again. While no account is kept, the wrench passes unchanged
+/// Invariants  After the controller was on for the first time, it keeps its energy account even while it is faded out.
+///             So the account is correct when the controller is switched on again. Before that, no account is kept and
+///             the wrench passes unchanged
 /// Thread      haptic except switch_to(): no allocation, no throw
 class FadedPassivity {
  public:
@@ -22,11 +22,12 @@ class FadedPassivity {
   /// Thread  any
   void switch_to(bool is_on) noexcept { is_on_.store(is_on, std::memory_order_relaxed); }
 
-  /// Adds the energies reported in a received state. Must be called once for each state.
+  /// Adds the energies that the server reports in a state update. Must be called once for each received update.
   /// In      has_model  see HandPassivityController::world_reported()
   void receive(const ReceivedUpdate& received, bool has_model) noexcept;
   /// Returns the wrench that may be displayed until the next tick.
-  /// In      X_WH                 pose of the hand without clutch; null if it is unknown or the scene is unusable
+  /// In      X_WH                 pose of the hand in the world without the offset of the clutch; null if the pose is
+  ///                              unknown or the scene is unusable
   ///         energy_from_local_j  StageOutput::energy_from_local_j
   Wrench apply(const Pose* X_WH, const Wrench& stage_on_hand_W, double energy_from_local_j, double period_s) noexcept;
   /// Reports the wrench that was displayed after safety chain, clamp and device.
@@ -46,7 +47,7 @@ class FadedPassivity {
   void fade(double period_s) noexcept;
 
   std::atomic<bool> is_on_;
-  double share_;  ///< weight of the controlled wrench against the uncontrolled one, 0 to 1
+  double share_;  ///< weight of the controlled wrench in the output, 0 to 1; the uncontrolled wrench has 1 - share_
   bool keeps_account_;
   haptics::HandPassivityController controller_;
   LocalTime reported_at_{};  ///< reception time of the last energy report

@@ -41,8 +41,9 @@ bool ForceOutput::display(LocalTime now, const Wrench& on_hand_D) noexcept {
   return is_accepted;
 }
 
-// Returns the part of the displayed wrench that comes from the scene. Safety chain and clamp scale the whole requested
-// force, so the client's own force (border and nudge) is scaled by the same factor.
+// Returns the part of the displayed wrench that comes from the scene. It is the displayed wrench minus the client's own
+// force (border and nudge). Safety chain and clamp scale the sum of both forces, so the own force is scaled by the same
+// factor before the subtraction.
 Wrench ForceOutput::displayed_of_scene_D() const noexcept {
   const double requested_n = requested_D_.f.norm();
   if (requested_n <= 0 || own_D_.isZero(0)) return writer_.written();

@@ -14,8 +14,9 @@ namespace tandem::client {
 
 /// Displays wrenches on the device. All wrenches are about the handle, in the frame D of the device's base.
 ///
-/// Invariants  Every wrench passes the safety chain and the clamp. If the device refuses a command, it still displays
-///             the previous command, whose work is therefore summed. Afterwards the force starts again with the ramp
+/// Invariants  Every wrench passes the safety chain and the clamp. If the device refuses a command, the device still
+///             displays the previous command, and the work of that command is summed. After a refusal the force is
+///             ramped up from zero
 class ForceOutput {
  public:
   /// In      safety  slew and speed limits are taken from the device's spec
@@ -25,7 +26,8 @@ class ForceOutput {
 
   /// Ends a period with the handle at `X_DH`, and sums the work of the wrench that was displayed during the period.
   void move_to(const Pose& X_DH) noexcept { work_.move_to(X_DH); }
-  /// Must be called if the handle's pose is unknown. Its motion up to the next move_to() then adds no work.
+  /// Must be called if the handle's pose is unknown. The motion of the handle until the next move_to() then adds no
+  /// work.
   void lose_pose() noexcept { work_.lose_pose(); }
 
   /// Displays the scene's wrench plus `own_on_hand_D`, the client's own force (border and nudge).
@@ -59,7 +61,7 @@ class ForceOutput {
   haptics::SafetyChain safety_;
   PortWork work_;
   Wrench requested_D_;                ///< sum of the forces of scene, border and nudge, before the safety chain
-  Vec3 own_D_ = Vec3::Zero();         ///< force of border and nudge in requested_D_
+  Vec3 own_D_ = Vec3::Zero();         ///< the part of requested_D_ that the client adds: forces of border and nudge
   std::uint64_t write_failures_ = 0;  ///< number of commands that the device refused
 };
 

@@ -7,8 +7,8 @@
 namespace tandem::client {
 namespace {
 
-// Smallest time by which a distance between two samples is divided. When two reads follow in quick succession, a device
-// that updates at 1 kHz would otherwise appear to jump.
+// Smallest time difference in the computation of a speed from two samples. A device that updates at 1 kHz may be read
+// twice in quick succession; with the true time between the reads, the handle would appear to jump.
 constexpr double kMinSpeedGap_s = 0.001;
 
 }  // namespace
@@ -29,8 +29,8 @@ void HandInput::read(LocalTime now) noexcept {
   sample_ = sample;
 }
 
-// Returns the larger of two speeds: the speed reported by the device, which may lag because of a filter, and the speed
-// between two samples, which detects a jump as well.
+// Returns the speed of the handle: the larger one of two values. The speed reported by the device may lag because of a
+// filter. The speed between two samples detects a jump at once.
 double HandInput::speed_to(const devices::DeviceSample& sample) const noexcept {
   if (!sample.is_valid) return 0;
   const double reported_m_per_s = sample.V_DH.v.norm();

@@ -14,7 +14,7 @@ namespace tandem::client {
 /// Conditions on which the motion of the device's base in one tick depends.
 struct HandConditions {
   double period_s = 0.001;
-  bool has_scene = false;               ///< whether the scene can be rendered
+  bool has_scene = false;               ///< true: the scene can be rendered
   bool is_displaying = false;           ///< true: the scene's force may be displayed
   bool is_quiet = false;                ///< true: no force is displayed at present (SafetyChain::is_quiet())
   Vec3 scene_on_hand_D = Vec3::Zero();  ///< displayed force of the scene [N]
@@ -23,8 +23,8 @@ struct HandConditions {
 /// Reads the device and computes the handle's motion in the world.
 ///
 /// Invariants  While samples are invalid, handle_W() and path_W() keep their last values. While is_clutched(), both are
-///             frozen. A requested mapping is applied only while no force is displayed and is_clutched() is true, so
-///             that neither force nor tool jumps.
+///             frozen. A requested mapping is applied only while no force is displayed and is_clutched() is true. So
+///             neither the force nor the tool jumps
 /// Thread      haptic: no allocation, no throw
 class HandInput {
  public:
@@ -55,8 +55,10 @@ class HandInput {
 
   /// Returns pose and twist of the handle in the world. The tool follows them, so the clutch is included.
   const RigidState& handle_W() const noexcept { return handle_W_; }
-  /// Pose of the handle with smoothed encoder steps, for the computation of work: path_D() in the device's base,
-  /// unclutched_path_W() in the world without the effect of the clutch, path_W() in the world with it.
+  /// Poses of the handle with smoothed encoder steps, for the computation of work:
+  /// * path_D(): in the device's base
+  /// * unclutched_path_W(): in the world, without the offset of the clutch
+  /// * path_W(): in the world, with the offset of the clutch
   const Pose& path_D() const noexcept { return X_DH_path_; }
   const Pose& unclutched_path_W() const noexcept { return raw_X_WH_; }
   const Pose& path_W() const noexcept { return X_WH_path_; }

@@ -7,15 +7,15 @@ namespace tandem::client {
 namespace {
 
 constexpr double kInnerShare = 0.8;
-// Force of the wall: upper limit, and fraction of the device's force limit
+// Force of the wall at the border: upper limit [N], and fraction of the device's force limit
 constexpr double kMaxWall_n = 2, kWallShare = 0.25;
-// Opposing force of the scene at which the base stops, as a fraction of the force limit
+// Force of the scene against the base's motion at which the base stops, as a fraction of the device's force limit
 constexpr double kStandsAtShare = 0.5;
 constexpr double kWidths_per_s = 1;
 // Maximum travel of the base in one excursion, in largest widths of the workspace. The base slows down over the last
 // kSlowShare of the travel.
 constexpr double kMaxTravel_widths = 3, kSlowShare = 0.2;
-// Fraction of the workspace within which the travel is reset; below kInnerShare for hysteresis
+// Fraction of the workspace in which the travel of the base is reset. It is smaller than kInnerShare (hysteresis).
 constexpr double kFreshShare = 0.7;
 
 bool is_same(const WorkspaceMapping& a, const WorkspaceMapping& b) {

@@ -9,7 +9,7 @@ namespace tandem::client {
 
 /// Adjustments of the scene's mapping by the user.
 struct WorkspaceSettings {
-  double scale = 1;     ///< factor on the scene's position scale, > 0
+  double scale = 1;     ///< user's factor on the scene's position scale, > 0
   double turn_rad = 0;  ///< rotation of the device's base about the vertical [rad], to match the user's seat and view
 };
 
@@ -41,7 +41,8 @@ WorkspaceMapping with_user(WorkspaceMapping scene, const WorkspaceSettings& user
 /// Thread  haptic: no allocation, no throw
 class HandWorkspace {
  public:
-  /// In      device      its workspace determines the border; no border if the workspace is unknown
+  /// In      device      specification of the device; its workspace determines the border. If the workspace is
+  ///                     unknown, there is no border
   ///         has_border  false: there is no border
   HandWorkspace(const devices::DeviceSpec& device, bool has_border) noexcept;
 
@@ -56,8 +57,8 @@ class HandWorkspace {
   /// Moves the base for one period by rate control, and computes the force of the border.
   /// In      p_DH  position of the handle; scene_on_hand_D  force of the scene on the hand
   void advance(const Vec3& p_DH, const Vec3& scene_on_hand_D, double period_s) noexcept;
-  /// Stops the base and removes the wall until the handle has been within the border again. So the base does not move
-  /// if the hand starts beyond the border, or if the user releases the clutch beyond it.
+  /// Stops the base and removes the force of the border until the handle has returned within the border. So the base
+  /// does not move if the handle starts beyond the border, or if the user releases the clutch there.
   void rest() noexcept;
 
   const WorkspaceMapping& mapping() const noexcept { return mapping_; }

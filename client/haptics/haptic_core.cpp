@@ -63,8 +63,8 @@ bool HapticCore::write_zero(LocalTime now) noexcept {
   return is_zero;
 }
 
-// Reads the scene and the server's state. The number of the newest rendering must be read before the scene;
-// RenderingSlot::newest() explains why.
+// Reads the newest scene and server state. The number of the newest rendering must be read before the mailbox of the
+// scene, for the reason given at RenderingSlot::newest().
 void HapticCore::read_mailboxes() noexcept {
   const std::uint32_t newest_rendering = renderings_.newest();
   const SceneNews news = inbox_.poll();
@@ -126,8 +126,8 @@ void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
   }
 }
 
-// Converts the common start time of the room's hands from server time to local time. Until the start, each tick repeats
-// the conversion, because the estimated clock offset settles only within the first second.
+// Converts the common start time of the room's hands from server time to local time. The conversion is repeated in each
+// tick until the start, because the estimated clock offset becomes accurate only within the first second.
 void HapticCore::follow_start(LocalTime now) noexcept {
   if (began_at_ <= now) return;
   const HandStart& start = inbox_.scene().hand_start;
@@ -161,8 +161,8 @@ void HapticCore::move_handle() noexcept {
   passivity_.lose_hand();
 }
 
-// Ticks the stage. After an invalid sample the stage is not ticked, and wave and mode of the last tick are sent again.
-// If no force may be displayed, wave and mode are reset.
+// Ticks the stage. After an invalid sample the stage is not ticked, and the wave and mode of its last output are sent
+// again. If no force may be displayed, wave and mode are reset.
 void HapticCore::run_stage(LocalTime now) noexcept {
   if (!inbox_.is_displaying()) stage_output_ = {};
   stage_output_.wrench_on_hand_W = {};
@@ -223,12 +223,12 @@ haptics::SafetyInput HapticCore::safety_conditions() const noexcept {
   return input;
 }
 
-// Integrates the work that is reported to the server: the work of the requested wrench along the path of the clutched
-// handle. While the clutch is pressed, this path is frozen and adds no work. If the user drives a tool but no force is
-// displayed, the server's wrench counts as the requested wrench.
+// Integrates the work that is reported to the server. It is the work of the requested wrench (before the safety chain)
+// along the path of the handle with clutch. While the clutch is pressed, this path is frozen and adds no work. If the
+// user drives a tool but no force is displayed, the server's wrench counts as the requested wrench.
 void HapticCore::sum_requested_work(const Wrench& controlled_on_hand_W) noexcept {
-  // Limits far above any coupling. They bound the work per tick, so that the sum stays within the range of the
-  // protocol.
+  // Clamps of force and torque, far above those of any coupling. They bound the work of one tick, so that the sum stays
+  // within the range of the protocol.
   constexpr double kMax_n = 1000, kMax_n_m = 100;
   if (record_.sample.is_valid && inbox_.is_driving()) {
     requested_work_.move_to(hand_.path_W());

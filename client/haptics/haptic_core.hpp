@@ -1,6 +1,6 @@
 // One haptic tick, from device sample to device command. The live loop (haptic_loop.hpp) and the lab call the same
-// tick(); the caller supplies thread and time. A tick calls the following parts in order. None of the parts refers to
-// the core:
+// function tick(). The caller supplies the thread and the time. A tick calls the parts below in this order; no part
+// depends on the core:
 //
 //   1 read the newest scene and server state               SceneInbox
 //   2 read the device once                                 HandInput
@@ -36,15 +36,16 @@ namespace tandem::client {
 
 struct HapticSettings {
   StageSettings stage{};
-  bool feeds_view = false;           ///< true: a View for a window is published
+  bool feeds_view = false;           ///< true: data for a window are published (View)
   bool has_border = true;            ///< true: rate control and a soft wall at the border of the workspace
-  haptics::SafetySettings safety{};  ///< HapticCore takes the slew and speed limits from the device's spec
+  haptics::SafetySettings safety{};  ///< slew and speed limits are replaced by those of the device
   /// Upper bounds of the coupling parameters received from the server, in newtons and metres of the device. The
-  /// device's force limits apply as well. These defaults are for an unknown device; coupling_bounds()
-  /// (devices/device_profile.hpp) gives those of a known one. Source of stiffness (steepest slope of the law's force)
-  /// and damping: the largest values in CHAI3D's device table for devices of about 8 N. The rotational values are our
-  /// choice, for a handle of 4e-4 kg·m² at 1 kHz. The last two parameters, which shape the force curve, are bounded
-  /// only by the range in the protocol.
+  /// device's force limits apply in addition. These defaults are for an unknown device; coupling_bounds()
+  /// (devices/device_profile.hpp) returns the bounds of a known device.
+  /// * Stiffness (steepest slope of the law's force) and damping: the largest values in CHAI3D's device table for
+  ///   devices of about 8 N.
+  /// * Rotational values: our choice, for a handle of 4e-4 kg·m² at 1 kHz.
+  /// * The last two parameters shape the force curve. Only the range in the protocol bounds them.
   haptics::CouplingParameters coupling_bounds{.stiffness_n_per_m = 3000.0,
                                               .damping_n_s_per_m = 20.0,
                                               .stiffness_n_m_per_rad = 3.0,
@@ -74,10 +75,11 @@ class HapticCore {
   /// Runs the stage's work outside the haptic tick (Stage::service()) for at most one millisecond.
   /// Thread  any but the haptic thread, one at a time
   void service() noexcept { renderings_.service(); }
-  /// Offers a rendering (stage and model) that is used from the next tick on. The force is blended within 0.3 s: if the
-  /// forces differ by 18 N, it changes by less than 0.1 N in a millisecond. If both renderings are of the same scene,
-  /// the new local model continues from the state of the previous one (LocalModel::continue_from()). Returns false if
-  /// the rendering is not accepted; the caller then keeps it and must offer it again later (Handover::offer()).
+  /// Offers a rendering (stage and model) to be used from the next tick on. The displayed force is blended within
+  /// 0.3 s: even if the forces of both renderings differ by 18 N, it changes by less than 0.1 N in a millisecond. If
+  /// both renderings are of the same scene, the new local model continues from the state of the previous one
+  /// (LocalModel::continue_from()). Returns false if the rendering is not accepted. The caller then keeps the rendering
+  /// and must offer it again later (Handover::offer()).
   /// Thread  io
   bool offer(std::unique_ptr<Rendering>& rendering) { return renderings_.offer(rendering); }
   /// Returns the number of the last rendering that offer() accepted.
@@ -90,9 +92,9 @@ class HapticCore {
   /// Thread  any
   void control_passivity(bool is_on) noexcept { passivity_.switch_to(is_on); }
 
-  /// Returns the time at which a simulated or recorded hand begins to follow its path: the first tick, or the common
-  /// start time of the room's hands. While that start time is unknown, returns LocalTime::max(). Once in the past, the
-  /// time does not change.
+  /// Returns the time at which a simulated or recorded hand begins to follow its path. It is the time of the first
+  /// tick, or the common start time of the room's hands if the server sets one. While the common start time is unknown,
+  /// the result is LocalTime::max(). Once the result lies in the past, it does not change.
   /// Thread  haptic
   LocalTime began_at() const noexcept { return began_at_; }
 
@@ -140,9 +142,9 @@ class HapticCore {
   StageOutput stage_output_;  ///< output of the last tick at which a stage ran
   FadedPassivity passivity_;
   Nudge nudge_;
-  /// Work of the wrench after the passivity controller and before the safety chain, in world joules. It is sent to the
-  /// server, because the tool does the full work in the world. Ramp, slew limit and device limit reduce only the
-  /// displayed force.
+  /// Work of the wrench between passivity controller and safety chain, in world joules. It is sent to the server as the
+  /// work that the tool does in the world. Ramp, slew limit and device limit do not reduce this work, because they
+  /// reduce only the displayed force.
   PortWork requested_work_;
   OutgoingUpdate outgoing_;
   std::unique_ptr<ViewFeed> view_;  ///< publishes views for a window; null if HapticSettings::feeds_view is false

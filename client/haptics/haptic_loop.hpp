@@ -28,7 +28,7 @@ struct HapticLoopSettings {
   Duration period{std::chrono::milliseconds(1)};
   int realtime_priority = 0;  ///< SCHED_FIFO priority, see realtime::request_realtime()
   int cpu = -1;               ///< CPU of the thread, see realtime::request_realtime()
-  /// Whether the loop keeps its processor awake (realtime::keep_awake()). Empty: as realtime::should_keep_awake() says.
+  /// Whether the loop keeps its processor awake (realtime::keep_awake()). Empty: realtime::should_keep_awake() decides.
   std::optional<bool> keeps_awake = std::nullopt;
   /// Time from HapticCore::began_at() after which the loop ends. Empty: the loop runs until request_stop().
   std::optional<Duration> duration = std::nullopt;
@@ -39,7 +39,7 @@ struct HapticLoopSettings {
 /// Timing of the loop; complete after stop().
 struct HapticLoopReport {
   std::uint64_t ticks_run = 0;
-  std::uint64_t ticks_expected = 0;  ///< number of deadlines in the run, including missed ones
+  std::uint64_t ticks_expected = 0;  ///< number of deadlines in the run, including missed deadlines
   double tick_rate_hz = 0;           ///< mean rate over the whole run
   Histogram lateness;
   Histogram tick;  ///< durations of the ticks
@@ -48,8 +48,8 @@ struct HapticLoopReport {
   /// at real-time priority.
   std::uint64_t throttle_suspects = 0;
   bool keeps_awake = false;
-  /// True if the force was ramped to zero within 50 ms at the end. Otherwise zero was written at once, which a failing
-  /// device may not have accepted.
+  /// True if the force was ramped to zero within 50 ms at the end. False: zero was written at once, and a failing
+  /// device may have refused it.
   bool became_quiet = true;
 };
 

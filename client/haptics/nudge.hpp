@@ -9,7 +9,8 @@ namespace tandem::client {
 ///
 /// Model   Three pulses of sin² shape, each of 0.08 s, one every 0.25 s. Their direction is fixed at the start. The
 ///         pulses do not depend on the hand's motion, so they cannot cause oscillation. The amplitude is 0.3 N, or a
-///         tenth of the device's force limit if that is less. Our choice: a force that is just noticeable
+///         tenth of the device's force limit if that is less. The amplitude is our choice: a force that is just
+///         noticeable
 /// Thread  haptic: no allocation, no throw
 class Nudge {
  public:

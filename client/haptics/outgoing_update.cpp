@@ -6,11 +6,12 @@
 namespace tandem::client {
 namespace {
 
-// Time for which the last valid buttons are sent while samples are invalid. So a few invalid samples do not release a
-// held body.
+// Duration of invalid samples during which the last valid buttons are still sent. So a few invalid samples do not make
+// the tool release a held body.
 constexpr Duration kButtonsKept{std::chrono::milliseconds(100)};
 
-// Returns the round trip that the stage has measured, or otherwise that of the newest exchange of time stamps.
+// Returns the round trip that the stage has measured. If there is none, returns the round trip of the newest exchanged
+// time stamps.
 Duration round_trip(const StageOutput& output, const ReceivedUpdate* newest) {
   if (output.round_trip > Duration{0}) return std::min(output.round_trip, proto::kMaxDelay);
   if (newest == nullptr || newest->update.echoed_sent == LocalTime{}) return Duration{0};
@@ -35,8 +36,8 @@ void OutgoingUpdate::write(proto::ClientUpdate& update, const TickRecord& record
   update.energy_from_hand_j = requested.from_hand_j();
 }
 
-// Returns the buttons to send. One invalid sample must not release a held body, but persistently invalid samples must
-// (kButtonsKept).
+// Returns the buttons to send. After a single invalid sample, the tool must still hold its body; after a series of
+// invalid samples longer than kButtonsKept, the tool must release it.
 std::uint32_t OutgoingUpdate::buttons_of(const TickRecord& record) noexcept {
   if (record.sample.is_valid) {
     buttons_ = record.sample.buttons;

@@ -14,7 +14,7 @@ namespace tandem::client {
 class OutgoingUpdate {
  public:
   /// In      newest  newest server state; null if none was received in this scene
-  ///         is_driving  true if the user drives a tool; otherwise handle and buttons are omitted
+  ///         is_driving  true: the user drives a tool; false: handle and buttons are omitted from the update
   ///         requested  work of the wrench before the safety chain [world joules]
   void write(proto::ClientUpdate& update, const TickRecord& record, const StageOutput& output,
              const ReceivedUpdate* newest, bool is_driving, const PortWork& requested) noexcept;

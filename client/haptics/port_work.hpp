@@ -7,8 +7,11 @@ namespace tandem::client {
 
 /// Running sums of the work of a wrench that is held constant from tick to tick.
 ///
-/// Model   w_k = F_k·(x_{k+1} − x_k) + τ_k·Δθ for tick k. Positive w_k are summed as energy to the hand, negative w_k
-///         as energy from the hand.
+/// Model   w_k = F_k·(x_{k+1} − x_k) + τ_k·Δθ: work of tick k
+///         F_k, τ_k  force and torque on the hand, constant during the tick
+///         x_k       position of the hand at the start of the tick
+///         Δθ        rotation of the hand during the tick
+///         Positive w_k are summed as energy to the hand, and negative w_k as energy from the hand.
 /// Thread  haptic: no allocation, no throw
 class PortWork {
  public:

@@ -8,7 +8,8 @@
 namespace tandem::client {
 namespace {
 
-/// Rate ω of the blend (see ForceBlend). A force difference of 18 N changes by less than 0.1 N in a millisecond.
+/// Rate ω of the force blend (see ForceBlend). At this rate, a force difference of 18 N changes by less than 0.1 N in a
+/// millisecond.
 constexpr double kBlend_per_s = 15;
 
 }  // namespace

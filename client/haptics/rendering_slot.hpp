@@ -39,12 +39,12 @@ class RenderingSlot {
   /// Thread  any
   std::uint32_t shown_locally() const noexcept { return shown_locally_.load(std::memory_order_relaxed); }
 
-  /// Returns the number of the newest offer. The caller must read this number before the mailbox of the scene. The
-  /// scene of a rendering is published before the rendering is offered, so the mailbox then contains that scene.
+  /// Returns the number of the newest offered rendering. The haptic thread must read this number first and the mailbox
+  /// of the scene second. Each scene is published before its rendering is offered, so the mailbox then contains the
+  /// scene of this rendering or a newer one.
   std::uint32_t newest() const noexcept { return offered_.load(std::memory_order_acquire); }
-  /// Changes to the rendering with this number; does nothing if it is already in use. If both renderings are of the
-  /// same scene, the new local model continues from the state of the previous one. Returns true if the rendering
-  /// changed.
+  /// Changes to the rendering with this number. Returns true if the rendering changed, false if it was in use already.
+  /// If both renderings are of the same scene, the new local model continues from the state of the previous one.
   /// In      scene  null if the scene is not usable
   bool enter(std::uint32_t number, const HapticScene* scene) noexcept;
 

@@ -6,8 +6,8 @@
 
 namespace tandem::client {
 
-/// Ramps changed coefficients and fades a changed law, with the same code as the server. So a change while the coupling
-/// is stretched causes no force step.
+/// Ramps changed coefficients and fades a changed law, by the same code as at the server. So a change causes no force
+/// step, even if the spring between handle and tool is stretched.
 ///
 /// Thread  haptic: no allocation, no throw after construction
 class SceneCoupling {
@@ -22,7 +22,7 @@ class SceneCoupling {
   void start(const HapticScene& scene) noexcept;
   /// Moves ramp and fade to their targets at once.
   void jump() noexcept;
-  /// Advances ramp and fade by one period. After a stall, HapticCore passes a clamped period.
+  /// Advances ramp and fade by one period.
   void advance(double period_s) noexcept;
 
   const haptics::CouplingLaw& law() const noexcept { return fade_.law(); }

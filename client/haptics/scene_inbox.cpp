@@ -25,8 +25,8 @@ bool can_render(const HapticScene& scene) {
 SceneInbox::SceneInbox(ClientMailboxes& mailboxes, const haptics::CouplingParameters& device_bounds) noexcept
     : mailboxes_(mailboxes), device_bounds_(device_bounds) {}
 
-// Reads the mailboxes, the states before the scene. In the opposite order, a last state of the previous connection
-// could arrive between the two polls and be mistaken for a state of the new scene.
+// Reads the mailboxes: first the states, then the scene. In the opposite order, a last state of the previous connection
+// could arrive between the two reads and be mistaken for a state of the new scene.
 SceneNews SceneInbox::poll() noexcept {
   const bool has_arrived = mailboxes_.inbox.poll();
   has_state_ = has_state_ || has_arrived;
@@ -49,8 +49,9 @@ SceneNews SceneInbox::take_scene(const HapticScene& scene) noexcept {
   return news;
 }
 
-// Returns the age of the newest state, including the age that it had when the server sent it. So the repeated state of
-// a halted world becomes stale.
+// Returns the age of the newest state: time since its reception plus the age that it had when the server sent it. If
+// the world has halted, the server repeats its last state. Because of the second term, such a state still becomes
+// stale.
 Duration SceneInbox::state_age(LocalTime now) const noexcept {
   constexpr Duration kLongest = std::chrono::hours(1);
   if (!has_state_) return Duration{-1};

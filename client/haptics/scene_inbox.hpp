@@ -9,7 +9,7 @@ namespace tandem::client {
 struct SceneNews {
   bool is_entered = false;      ///< true: a new scene was received
   bool is_changed = false;      ///< true: a changed version of the current scene was received
-  bool is_place_shown = false;  ///< whether another user now points at HapticScene::shown_W
+  bool is_place_shown = false;  ///< true: another user has pointed at HapticScene::shown_W
 };
 
 /// Stores the newest scene and the newest server state of that scene. The scene is validated again here; an unusable
@@ -26,7 +26,7 @@ class SceneInbox {
   /// Reads the newest scene and state from the mailboxes. Must be called once a tick.
   SceneNews poll() noexcept;
 
-  /// Returns the newest scene. It includes the coupling bounds of this user's device.
+  /// Returns the newest scene, with the coupling bounds of this user's device.
   const HapticScene& scene() const noexcept { return scene_; }
   /// Returns true if the scene can be rendered: its law, coefficients and mapping are in range.
   bool is_usable() const noexcept { return is_usable_; }

@@ -7,7 +7,7 @@
 namespace tandem::client {
 namespace {
 
-/// Time without a received state after which a user counts as having left.
+/// Time without a received state of a user after which this user counts as having left and is not drawn.
 constexpr Duration kUserKept = std::chrono::seconds(1);
 
 /// Replaces the entry with the same id, or appends it if there is capacity. Returns the index of the entry, or the

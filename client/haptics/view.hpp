@@ -1,5 +1,5 @@
-// Data for a window, sent by the haptic thread through one newest-wins mailbox, so that a stalled window does not delay
-// the haptic loop.
+// Data for a window. The haptic thread sends them through a mailbox that keeps only the newest value, so a stalled
+// window does not delay the haptic loop.
 //
 //   haptic thread  receive() each new state, write() every kViewEvery ticks ──▶ mailbox ──▶ window thread  newest()
 #pragma once
@@ -18,9 +18,9 @@ class LocalModel;
 
 /// Data of one haptic tick for a window.
 struct View {
-  TickRecord record;           ///< handle, both tools, forces and faults of the tick
+  TickRecord record;           ///< record of the tick: handle, both tools, forces and faults
   WorkspaceMapping workspace;  ///< mapping of the scene with the generation record.scene_generation
-  bool has_state = false;      ///< whether a server state was received, so that the fields below are valid
+  bool has_state = false;      ///< true: a server state was received, so the fields below are valid
   ReceivedUpdate newest;       ///< newest server state; it may omit bodies and users
   /// Measured delay of the local model from an input to its effect in a server state; 0 if not known
   Duration loop_delay{0};
@@ -29,8 +29,8 @@ struct View {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> received_bodies;
   /// Bodies to display. Their states are those of the local model if there is one, otherwise the last received states.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
-  /// Contact points of the local model's tool, or of the body that it holds. If there are more points than capacity, a
-  /// spatially distributed subset.
+  /// Contact points of the local model's tool, or of the body that the tool holds. If there are more points than
+  /// capacity, a spatially distributed subset of them.
   boost::container::static_vector<Vec3, 48> contacts_W;
   /// Other users, with the poses of their tools to display.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
@@ -62,7 +62,7 @@ class ViewFeed {
   boost::container::static_vector<ServerTime, proto::kMaxUsers>
       user_states_at_;  ///< time of the last state of each element of next_.users
   realtime::Mailbox<View> mailbox_;
-  bool has_view_ = false;  ///< whether a view was received; used by the window thread only
+  bool has_view_ = false;  ///< true: a view was received; used by the window thread only
 };
 
 }  // namespace tandem::client

@@ -7,13 +7,14 @@
 namespace tandem::client {
 namespace {
 
-/// Time for which a body remains implicit (stepped by the model) after a touch by any tool. So two quick taps do not
-/// switch it to followed (set to the server's states) and back.
+/// Time for which a body remains implicit (stepped by the model) after a touch by any tool. Without this time, two
+/// quick taps would switch the body to followed (set to the server's states) and back.
 constexpr double kTouchKept_s = 0.05;
-/// Time, in addition to the loop delay, for which a body remains implicit after the last touch by this user's tool. By
-/// then the server states that include the effect of the touch have arrived.
+/// Additional time for which a body remains implicit after the last touch by this user's tool; it is added to the loop
+/// delay. After this time, server states that include the effect of the touch have arrived.
 constexpr double kImplicitAfterTouch_s = 0.25;
-/// Time constant of the fading offset after a body has begun to follow the server's states.
+/// Time constant with which the offset from the server's pose fades after a body has begun to follow the server's
+/// states.
 constexpr double kFollowTime_s = 0.08;
 
 Shift faded(const Shift& shift, double period_s) {

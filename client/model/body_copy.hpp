@@ -9,26 +9,26 @@
 
 namespace tandem::client {
 
-/// Values of one step of the local model that several of its parts need.
+/// Values of the present step that several parts of the local model need.
 struct ModelStep {
   physics::World& world;
-  std::size_t tool = 0;  ///< index of this user's tool
+  std::size_t tool = 0;  ///< index of this user's tool in the world
   BodyId held;           ///< body that this user's tool holds
   double period_s = 0.001;
   Duration loop_delay{0};  ///< delay from an input to the use of the server's answer, see LocalModel::loop_delay()
-  Duration played{0};      ///< server time of the state that is being played out (net::PlayoutDelay)
+  Duration played{0};      ///< server time of the state that is displayed now, see net::PlayoutDelay
   Duration present{0};     ///< current server time, estimated
-  Duration longest_extrapolation{0};    ///< time limit of the extrapolation of followed bodies
-  double farthest_extrapolation_m = 0;  ///< distance limit of the extrapolation of followed bodies
+  Duration longest_extrapolation{0};    ///< limit of the extrapolated time of followed bodies
+  double farthest_extrapolation_m = 0;  ///< limit of the extrapolated distance of followed bodies
   double grip_step_m = 0;               ///< maximum correction of a grip point in this step
 };
 
 /// The model's copy of one body, with the states received for the body.
 ///
-/// Invariants  A body is absent from the world until the server has sent its state. It is implicit while a tool touches
-///             it. After a touch by this user's tool, it remains implicit for the loop delay plus 0.25 s, so that the
-///             server's states include the effect of the touch. When the body begins to follow the server, its pose
-///             does not jump: the offset from the server's pose fades
+/// Invariants  A body is absent from the world until the server has sent its state. A body is implicit while a tool
+///             touches it. After a touch by this user's tool, it remains implicit for the loop delay plus 0.25 s. By
+///             then the server's states include the effect of the touch. When the body begins to follow the server, its
+///             pose does not jump: the offset from the server's pose fades
 /// Thread      haptic: no allocation, no throw
 class BodyCopy {
  public:
@@ -43,7 +43,7 @@ class BodyCopy {
   /// this user's tool touches it.
   double touched_error_m() const;
 
-  /// Removes the body from the world until the server sends the next state of it.
+  /// Removes the body from the world. It returns with its next state from the server.
   void forget(physics::World& world) noexcept;
   /// Adds a state received from the server.
   /// In      then  the model's state of this body at the input that the received state answers; null if that state is
@@ -53,8 +53,8 @@ class BodyCopy {
   void follow_touches(const ModelStep& step) noexcept;
   /// Corrects the body if it is implicit. Otherwise sets it to the server's state, extrapolated to the current server
   /// time.
-  /// In      is_partners  true: only a partner (another user) holds the body, and it is not corrected, because a
-  ///         correction would be felt as a force of the partner
+  /// In      is_partners  true: the body is held only by another user (partner). It is not corrected, because this user
+  ///                      would feel the correction as a force of the partner
   void move(const ModelStep& step, bool is_partners) noexcept;
   /// If the body is implicit, resets it to the server's newest state.
   void restart(physics::World& world) noexcept;

@@ -3,7 +3,7 @@
 namespace tandem::client {
 namespace {
 
-/// Number of inputs from a change of the button until the server has granted or refused the grasp.
+/// Number of inputs (ticks) after a change of the button within which the server has granted or refused the grasp.
 constexpr std::uint64_t kGraspAnsweredAfter = 5;
 
 }  // namespace
@@ -23,9 +23,11 @@ bool GraspPrediction::follow_button(bool is_down, Tick input, LocalTime now, phy
   return world.tool(tool).held != before;
 }
 
-// Returns whether the prediction remains valid. After a gap, the server may answer an input that it has extrapolated
-// with the old buttons. So an answer counts only if the server has also received an input sent after the change of the
-// button.
+// Returns true while the prediction applies instead of the server's result. The server's result counts only if both
+// conditions hold:
+// 1. The server has received an input that was sent after the change of the button. If inputs are lost, the server
+//    extrapolates with the old buttons, so an answer to a later input is not sufficient.
+// 2. The server has answered an input at least kGraspAnsweredAfter ticks after the change.
 bool GraspPrediction::remains(const proto::ServerUpdate& update) const noexcept {
   if (!predicted_) return false;
   const bool has_received_button = update.echoed_sent == LocalTime{} || update.echoed_sent >= predicted_at_;
@@ -42,8 +44,8 @@ bool GraspPrediction::mirror(const proto::ServerUpdate& update, const Pose& X_WT
     return false;
   }
   if (update.held_body.is_valid()) {
-    // The body is held at its current pose relative to the tool, so that it does not jump. Later calls move the grip
-    // slowly to the server's grip.
+    // The body is first held at its current pose relative to the tool, so that it does not jump. Later calls of
+    // mirror() move the grip slowly to the server's grip.
     world.hold(tool, update.held_body, world.body(update.held_body).X.inverse() * X_WT);
   } else {
     world.release(tool);

@@ -28,7 +28,8 @@ struct ModelThen {
   Wrench on_hand_W;
 };
 
-/// Ring buffer of model states. Its length is the longest round trip that can be reconciled.
+/// Ring buffer with the model's state at each of the last inputs. Its length limits the round trip at which the model
+/// can be reconciled.
 ///
 /// Thread  haptic: allocates only when constructed
 class InputHistory {
@@ -36,7 +37,7 @@ class InputHistory {
   InputHistory(std::size_t inputs, std::size_t bodies)
       : bodies_(bodies), models_(inputs), body_states_(inputs * bodies) {}
 
-  /// Claims the entry of the newest input. The caller must fill in the entry and bodies(input).
+  /// Adds an entry for the newest input and returns it. The caller must fill in this entry and bodies(input).
   ModelThen& add(Tick input) noexcept {
     ModelThen& model = models_[slot_of(input)];
     model.input = input;

@@ -12,13 +12,13 @@ namespace {
 
 /// Length of the input history [ticks]. The model is not reconciled at longer round trips.
 constexpr std::size_t kInputsKept = 2048;
-/// Divergence: the model is reset to the server's state if the tool or a touched body differs from the server's by more
-/// than kDivergence_m for kDivergence_s. The tool is then probably on opposite sides of an obstacle in model and
-/// server.
+/// Divergence: the tool or a touched body differs from the server's by more than kDivergence_m for kDivergence_s. The
+/// model is then reset to the server's state, because the tool is probably on opposite sides of an obstacle in model
+/// and server.
 constexpr double kDivergence_m = 0.006;
 constexpr double kDivergence_s = 0.1;
-/// Maximum time that counts for one received state. A single state after a silence must not reset the model, so at
-/// least four successive states must differ.
+/// Maximum time by which one received state may increase the duration of a divergence. So a single state after a
+/// silence cannot reset the model: at least four successive states must differ.
 constexpr double kMaxStateInterval_s = kDivergence_s / 4;
 /// Period of the client's haptic loop and of the model. It does not depend on the step rate of the room.
 constexpr Duration kInputPeriod{std::chrono::milliseconds(1)};
@@ -112,8 +112,8 @@ void LocalModel::start(const proto::ServerUpdate& update, const HapticScene& sce
   state_.tool = world_.tool(tool_);
 }
 
-// Takes over the state of another model. Poses of bodies and tools are copied to the new world. The rest of the state
-// is swapped as a whole, which needs no allocation and cannot omit a member.
+// Continues from the state of another model. The poses of bodies and tools are copied to this model's world. The member
+// state_ is swapped as a whole, which needs no allocation and cannot omit a value.
 void LocalModel::continue_from(LocalModel& other, const HapticScene& scene) noexcept {
   const bool is_alike =
       state_.bodies.size() == other.state_.bodies.size() && tools_ == other.tools_ && tool_ == other.tool_;
@@ -157,8 +157,8 @@ void LocalModel::receive_bodies(const proto::ServerUpdate& update, const ModelTh
   }
 }
 
-/// Returns the time between the last compared state and the state of this step, at most kMaxStateInterval_s. For the
-/// first state, returns one period.
+/// Returns the time since the previous state was compared with the model, at most kMaxStateInterval_s; for the first
+/// compared state, one period.
 double LocalModel::interval_to(LocalTime now) noexcept {
   const std::optional<LocalTime> before = std::exchange(state_.compared_at, now);
   return before ? std::clamp(to_seconds(now - *before), 0.0, kMaxStateInterval_s) : step_s_;
@@ -197,7 +197,8 @@ void LocalModel::restart_from(const proto::ServerUpdate& update) noexcept {
 }
 
 void LocalModel::mirror_grasp(const proto::ServerUpdate& update) noexcept {
-  // A state from before a change of the game's level may report a held body that is now absent.
+  // Ignores a held body that is absent from the present level of the game: the update was sent before the level
+  // changed.
   if (update.held_body.is_valid() && is_absent_in_game(update.held_body)) return;
   note_jump(state_.grasp.mirror(update, state_.tool.tool.X, grip_step_m(), world_, tool_));
 }
@@ -208,8 +209,8 @@ void LocalModel::set_couplings(const HapticScene& scene) noexcept {
   state_.partners.bound_couplings(world_, scene);
 }
 
-/// Removes the bodies that are absent from the present level of a game. A moving body returns when the server sends its
-/// next state. A change that the hand may feel is noted as a jump.
+/// Removes the bodies that are absent from the present level of a game. A movable body that is no longer absent returns
+/// with its next state from the server. A change that the hand may feel is noted as a jump.
 void LocalModel::follow_game(const HapticScene& scene) noexcept {
   if (scene.gravity_m_per_s2) world_.set_gravity(*scene.gravity_m_per_s2);
   const std::uint64_t before = std::exchange(absent_bodies_, scene.absent_bodies);
@@ -266,8 +267,8 @@ void LocalModel::correct_tool() noexcept {
   world_.shift_tool(tool_, pose_of(shift), {shift.v, shift.w});
 }
 
-// A soft contact acts on the held body, or on the tool if it holds no body. A received contact of a different body is
-// ignored.
+// A soft contact acts on the held body, or on the tool if it holds no body. A received contact is ignored if model and
+// server disagree on the held body.
 void LocalModel::follow_soft_contact(const proto::ServerUpdate& update, bool is_new) noexcept {
   const BodyId held = state_.tool.held;
   const Pose X_WT = held.is_valid() ? world_.body(held).X : state_.tool.tool.X;

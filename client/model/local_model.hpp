@@ -44,9 +44,9 @@ struct ModelErrors {
 
 struct LocalModelSettings {
   ReconcilerSettings body{};
-  /// Correction of the tool. Low limits are sufficient, because the coupling pulls the tool to the handle. The
-  /// correction removes errors due to friction, and errors after the tool has passed an obstacle on a different side
-  /// than at the server.
+  /// Correction of the tool. Low limits are sufficient, because the coupling pulls the tool to the handle in any case.
+  /// The correction removes errors due to friction. It also removes the error if the tool has passed an obstacle on one
+  /// side here and on the opposite side at the server.
   ReconcilerSettings tool{.time_constant_s = 0.3,
                           .speed_limit_m_per_s = 0.02,
                           .turn_limit_rad_per_s = 0.3,
@@ -65,14 +65,14 @@ struct LocalModelInput {
   RigidState handle;
   bool has_handle = true;
   std::uint32_t buttons = 0;
-  const ReceivedUpdate* newest = nullptr;  ///< newest state of this scene; null before the first state
+  const ReceivedUpdate* newest = nullptr;  ///< newest server state of this scene; null before the first state
   bool is_new = false;
   /// Whether other users' hands are predicted; false: they stay at their last received poses
   bool predicts_partners = true;
-  const HapticScene* scene = nullptr;  ///< contains the scene's coupling and the bounds for the users' devices
+  const HapticScene* scene = nullptr;  ///< scene with its coupling and the coupling bounds of the users' devices
 };
 
-/// The client's predicted copy of one scene, see the top of this file.
+/// The client's predicted copy of one scene, as described at the top of this file.
 ///
 /// Thread  construction: any; then haptic only: no allocation, no throw
 class LocalModel {
@@ -83,13 +83,15 @@ class LocalModel {
   ~LocalModel();
 
   /// Advances the model by one step. Returns zero before the first server state.
-  /// Out     wrench on the hand, about the handle, in W
+  /// Out     wrench of the coupling on the hand, about the handle's origin, in W
   Wrench step(const LocalModelInput& input) noexcept;
 
   /// Continues from the state of another model of the same scene, instead of starting from the server's state. Does
   /// nothing if `other` has not started, or has different bodies or tools. The two models swap their states, so `other`
-  /// must not be stepped afterwards. The following is not taken over: the state of effects, and the temporary exemption
-  /// from contact of a body that the tool has just released. Tool and body may therefore collide.
+  /// must not be stepped afterwards.
+  ///
+  /// Two values are not taken over: the state of effects, and the temporary exemption from contact of a body that the
+  /// tool has just released. Without the exemption, tool and body may collide.
   ///
   /// In      scene  coupling of the tools and its bounds, as in LocalModelInput
   void continue_from(LocalModel& other, const HapticScene& scene) noexcept;
@@ -109,15 +111,16 @@ class LocalModel {
   /// Returns the delay from an input to the use of the server's answer, including buffering at client and server.
   /// Returns 0 if it is not known yet.
   Duration loop_delay() const { return state_.loop_delay; }
-  /// Returns the residual: the server's wrench on the hand minus the model's wrench for the same input. It belongs to
-  /// the newest update that answered a stored input. Each residual is returned once.
+  /// Returns the residual: the server's wrench on the hand minus the model's wrench for the same input. It is computed
+  /// for each server update that answers an input of the history. Returns nothing if the newest residual was already
+  /// returned.
   std::optional<Wrench> pop_residual() noexcept;
   /// Returns the newest residual, even if pop_residual() has returned it; zero before the first residual.
   const Wrench& newest_residual() const { return state_.newest_residual; }
   /// Returns the time of the input to which the newest residual belongs.
   LocalTime residual_of() const { return state_.residual_of; }
-  /// Returns 1 if another user has a hand on a body that this user moves; otherwise 0, reached within 2 s after that
-  /// user has left the body. Returns 1 without other users. The stage weights the predicted residual by this value.
+  /// Returns the weight of the predicted residual: 1 while another user has a hand on a body that this user moves.
+  /// After that user has left the body, the weight falls to 0 within 2 s. Returns 1 without other users.
   double common_share() const noexcept { return state_.partners.common_share(); }
   /// Returns the net work of the hand's coupling on the model [J].
   double coupling_work_j() const { return state_.tool.energy_into_world_j - state_.tool.energy_from_world_j; }
@@ -142,11 +145,11 @@ class LocalModel {
     bool has_started = false;
     bool has_jumped = false;
     Duration loop_delay{0};
-    std::optional<Wrench> residual;  ///< residual that pop_residual() has not returned yet
+    std::optional<Wrench> residual;  ///< newest residual until pop_residual() has returned it
     Wrench newest_residual;
     LocalTime residual_of{};
-    double diverged_s = 0;  ///< time for which successive states have differed by more than kDivergence_m
-    std::optional<LocalTime> compared_at;  ///< time of the last state that answered an input of the history
+    double diverged_s = 0;                 ///< duration of the present divergence [s] (kDivergence_m)
+    std::optional<LocalTime> compared_at;  ///< time at which a server state was last compared with the history
   };
 
   void start(const proto::ServerUpdate& update, const HapticScene& scene) noexcept;

@@ -129,7 +129,8 @@ class Builder {
     return *bytes;
   }
 
-  /// Returns the hash of the asset to use for a shape: the full asset, or the coarse one if only that one has arrived.
+  /// Returns the hash of the asset to build a shape from: that of the coarse asset if it has arrived and the full one
+  /// has not, otherwise that of the full asset.
   const std::string& hash_here(const wire::Shape& shape) const {
     const std::string& hash = needed_hash(shape);
     const auto is_fine = [&hash](const wire::AssetInfo& info) {

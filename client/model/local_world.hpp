@@ -14,16 +14,16 @@
 
 namespace tandem::client {
 
-/// Contact shapes that are already built. The key is the serialised shape message: without its placement, and with the
-/// hash of the asset from which the shape was built.
+/// Contact shapes that are already built, indexed by the serialised message of the shape. In this message the placement
+/// is omitted, and the asset hash is that of the asset from which the shape was built (full or coarse).
 using ContactShapes = std::map<std::string, std::shared_ptr<const contact::ContactShape>>;
 
 /// Builds the world of a LocalModel. For a mesh whose full contact asset is missing, the coarse asset is used if it has
 /// arrived.
 ///
 /// In      joined  join message of a user with a tool; fill_haptic_scene() must have accepted the message
-///         shapes  the shapes of the previous world, which are reused if equal; receives the shapes of the new world
-/// Fails   std::exception whose message names the unusable field or asset; the caller then displays the late pose
+///         shapes  in: shapes of the previous world, which are reused where equal; out: shapes of the new world
+/// Fails   std::exception if a field or asset is unusable; the message names it. The caller then displays "late-pose"
 /// Cost    milliseconds for each distinct shape, tens of milliseconds for a mesh; a live client must not call it on its
 ///         io thread
 std::shared_ptr<const physics::WorldDescription> make_local_world(const wire::Joined& joined, const AssetMap& assets,

@@ -6,8 +6,8 @@
 namespace tandem::client {
 namespace {
 
-/// Index of the relaxed hand among the hypothetical hands of HandEstimate, which form a grid of three masses times
-/// three stiffnesses. The relaxed hand is the centre of the grid.
+/// Index of the relaxed hand in the grid of hypothetical hands of HandEstimate (three masses times three stiffnesses).
+/// It is the centre of the grid.
 constexpr std::size_t kRelaxed = 4;
 double mass_of(std::size_t j) noexcept {
   const std::size_t column = j % 3;
@@ -25,18 +25,19 @@ Logarithms logarithms(double (*of)(std::size_t j) noexcept) noexcept {
 }
 const Logarithms kLogMasses = logarithms(mass_of), kLogStiffnesses = logarithms(stiffness_of);
 constexpr double kOtherPrior = 0.2;
-/// Added to each score [m² s], because differences between scores below this value carry no information.
+/// Added to the score of each hypothetical hand [m² s]. Differences between scores below this value are noise.
 constexpr double kMinSquare = 1e-7;
 constexpr double kSettle_s = 0.2;
-/// Weights of the two velocities in the fixed forecast by which hands are scored: after the fast low-pass filter of
-/// TrajectoryForecast, and after the slow one.
+/// HandEstimate scores each hand by a fixed forecast. The forecast velocity is a weighted sum of two low-pass filtered
+/// velocities. The weights are those of the fast and of the slow filter of TrajectoryForecast.
 constexpr double kFastShare = 1.1, kSlowShare = -0.4;
 
 double fourth_power(double x) {
   return x * x * x * x;
 }
 
-/// Time in which common_share_ rises from 0 to 1 or falls back, and in which the slowly falling values rise.
+/// Time for a change of common_share_ from 0 to 1 or back. The rise of coupled_share_ and lately_common_ takes the same
+/// time.
 constexpr double kChange_s = 0.05;
 /// Time in which coupled_share_ and lately_common_ fall from 1 to 0. They fall slowly, because a body that two users
 /// press from both sides may lose contact briefly.
@@ -75,8 +76,8 @@ HandEstimate::HandEstimate()
   for (std::size_t j = 0; j < kHands; ++j) hands_[j].set(mass_of(j), stiffness_of(j));
 }
 
-/// Adds a squared error to the score of hand j. The error is the intended position that hand j implies, minus the
-/// earlier forecast of it.
+/// Adds a squared error to the score of hand j. The error is the intended position that follows from hand j now, minus
+/// the forecast of this position made kHorizon_s earlier.
 void HandEstimate::score(std::size_t j, const Vec3& intent, double fast, double slow, double period_s) noexcept {
   if (count_ == 0) fast_[j] = slow_[j] = intent;
   fast_[j] += fast * (intent - fast_[j]);
@@ -150,8 +151,8 @@ void Partner::follow_grip(const PartnerSurroundings& around, double period_s) no
   const double part = std::min(1.0, period_s / kChange_s);
   if (is_gripped) pressing_W_ *= 1 - part;
   if (!has_common || is_gripped || around.pressing_W.norm() < 0.5) return;
-  // Only the axis of the contact normal matters. The new direction gets the sign that agrees with the previous
-  // direction.
+  // A contact normal and its opposite are equivalent here. The new normal gets the sign that agrees with the smoothed
+  // normal.
   const Vec3& now_W = around.pressing_W;
   const Vec3 like_W = pressing_W_.dot(now_W) < 0 ? Vec3(-now_W) : now_W;
   pressing_W_ += part * (like_W.normalized() - pressing_W_);

@@ -4,7 +4,8 @@
 //   handle, wrench on the hand ──▶ intended pose of the hand ──▶ handle ──▶ their tool, by the coupling ──▶ contact
 //                                  + displacement by ◀───────────────── wrench of the model on their hand
 //
-// So the loop of a stiff interaction is closed locally at 1 kHz. Only voluntary motion of the partner's hand is late.
+// The loop of a stiff interaction between the users is thus closed locally at 1 kHz. Only voluntary motion of the
+// partner's hand is felt late.
 #pragma once
 
 #include <array>
@@ -22,7 +23,7 @@ namespace tandem::client {
 /// Model   m p'' + b p' + k p = f, I θ'' + b_r θ' + k_r θ = τ, relative to the intended pose; implicit Euler
 class GivingHand {
  public:
-  static constexpr double kMass_kg = 0.3;  ///< the constants of this class describe a relaxed hand
+  static constexpr double kMass_kg = 0.3;  ///< mass of a relaxed hand; the constants below describe the same hand
   static constexpr double kStiffness_n_per_m = 200;
   static constexpr double kDamping_n_s_per_m = 8;
   static constexpr double kInertia_kg_m2 = 4e-4;
@@ -45,12 +46,12 @@ class GivingHand {
 
 /// Estimates mass and stiffness of a user's hand from its motion and the displayed force.
 ///
-/// Model   Hypothetical hands j = 0 … kHands − 1 form a grid of mass m and stiffness k. Hand j implies the intended
-///         position x − a_j:
+/// Model   Hypothetical hands j = 0 … kHands − 1 form a grid of mass m and stiffness k. From hand j follows the
+///         intended position x − a_j:
 ///         x    position of the hand
 ///         a_j  displacement of hand j by the displayed force
-///         For the correct hand, the intended position is the voluntary motion, which is slow and smooth. So the score
-///         of a hand is the error of a fixed forecast of its intended position over kHorizon_s (RMS over kMemory_s).
+///         If hand j has the correct mass and stiffness, x − a_j is the voluntary motion, which is slow and smooth. So
+///         the score of a hand is the error of a fixed forecast of x − a_j over kHorizon_s (RMS over kMemory_s).
 ///         The estimate is the mean of log m and log k, weighted by prior · score⁻⁸. While the displayed force does not
 ///         change, all scores are equal, and the estimate is the relaxed hand.
 /// Source  multiple-model adaptive estimation: Magill, "Optimal adaptive estimation of sampled stochastic processes",
@@ -81,10 +82,10 @@ class HandEstimate {
   double log_stiffness_;
 };
 
-/// Input of the prediction of a partner in one step: state of the local model.
+/// State of the local model that the prediction of a partner needs in one step.
 struct PartnerSurroundings {
   Wrench on_hand_W;  ///< the model's wrench on the partner's hand
-  /// Whether to predict the partner's voluntary motion; false: it stays at the last received pose
+  /// True: the partner's voluntary motion is predicted; false: their hand stays at the last received pose
   bool is_predicted = true;
   bool is_coupled = false;  ///< true: both users act on the same body, directly or through other bodies
   /// True: both users have a hand on the same body; the fields below describe this common body
@@ -121,18 +122,18 @@ class Partner {
   /// In      received  state of the partner in `update`
   void receive(const proto::OtherUserState& received, const proto::ServerUpdate& update) noexcept;
   /// Predicts the current handle. Must be called only while has_handle().
-  /// In      played   server time that the playout has reached
-  ///         since_s  age of that time: current server time minus `played` [s]
+  /// In      played   server time of the state that is displayed now (net::PlayoutDelay)
+  ///         since_s  current server time minus `played` [s]
   RigidState predict(Duration played, double since_s, const PartnerSurroundings& around, double period_s) noexcept;
 
   UserId id() const { return id_; }
   std::size_t tool() const { return tool_; }
   bool has_handle() const { return !handle_.is_empty(); }
-  /// Returns 1 if both users have a hand on the same body. After a user has left the body, the result falls slowly to
-  /// 0.
+  /// Returns 1 while both users have a hand on the same body. After one of them has left the body, the result falls to
+  /// 0 within kUncouple_s.
   double common_share() const { return lately_common_; }
-  /// Body that the partner holds, as last received, and pose of the partner's tool on it. The pose is empty until tool
-  /// and body have been received in one update.
+  /// Returns the body that the partner holds, as last received (holds()), and the pose of the partner's tool on this
+  /// body (place()). The pose is empty until one update has contained both tool and body.
   BodyId holds() const { return holds_; }
   const std::optional<Pose>& place() const { return X_BT_; }
   const RigidState& received_tool() const { return received_tool_; }
@@ -151,14 +152,14 @@ class Partner {
   ServerTime received_at_{};
   Duration handle_age_{0};
   net::RigidTrack handle_;
-  net::RigidTrack force_;   ///< force on the partner's hand [N]; the track interpolates it as if it were a position
-  net::RigidTrack torque_;  ///< torque on the partner's hand [N m]; the track interpolates it as if it were a position
+  net::RigidTrack force_;   ///< force on the partner's hand [N], stored as a position so that the track interpolates it
+  net::RigidTrack torque_;  ///< torque on the partner's hand [N m], stored in the same way
   HandEstimate hand_;
   GivingHand modelled_;  ///< computes e, the displacement by the model's force
   GivingHand shown_;     ///< computes a, the displacement by the force that was displayed
-  // First argument: a typical displacement. Second argument: fraction of a common body's motion that the partner is
-  // initially assumed to follow. With a fraction above 0.25, a bar that two users turn by its ends oscillates along its
-  // length with growing amplitude.
+  // Arguments of the constructors: first a typical displacement, second the fraction of a common body's motion that the
+  // partner is initially assumed to follow. The fraction 0.25 is a limit: with a larger one, a bar that two users turn
+  // by its ends oscillates along its length with growing amplitude.
   haptics::TrajectoryForecast intent_{0.01, 0.25};   ///< forecast of X_H − a [m]
   haptics::TrajectoryForecast turn_intent_{0.1, 0};  ///< forecast of the accumulated rotation [rad]
   Vec3 turned_ = Vec3::Zero();
@@ -167,7 +168,7 @@ class Partner {
   double lately_common_ = 0;  ///< rises like common_share_, but falls within kUncouple_s
   /// 1 while both users act on the same body, directly or through other bodies; later falls to 0 within kUncouple_s
   double coupled_share_ = 0;
-  Vec3 pressing_W_ = Vec3::Zero();  ///< smoothed contact normal; shorter than 1 while the contact begins or ends
+  Vec3 pressing_W_ = Vec3::Zero();  ///< smoothed contact normal; its length is below 1 while the contact begins or ends
 };
 
 }  // namespace tandem::client

@@ -5,10 +5,10 @@
 namespace tandem::client {
 namespace {
 
-/// Time without a received state of a user after which the user counts as having left.
+/// Time without a received state of a user after which this user counts as having left.
 constexpr Duration kHoldKept = std::chrono::seconds(1);
 /// Distance between received and local grip point above which the server must have moved the grip (Room::place()).
-/// Smaller differences are caused by the delay while the body moves.
+/// Smaller differences are due to the network delay while the body moves.
 constexpr double kElsewhere_m = 0.005;
 
 }  // namespace
@@ -85,8 +85,8 @@ PartnerSurroundings PartnerTools::surroundings_of(const PartnerTool& one, const 
     if ((hands >> one.tool & 1U) == 0 || (hands >> step.tool & 1U) == 0) continue;
     around.is_coupled = true;
     const Vec3 pressing_W = is_held ? Vec3(Vec3::Zero()) : world.pressing_normal_W(one.tool, body.id());
-    // A body is common only if this user's tool holds or presses it. A body that the tool moves only through a second
-    // body does not follow this user's hand.
+    // A body is common only if this user's tool holds or presses it. If this user's tool moves the body only through a
+    // second body, the body does not follow this user's hand and is not common.
     const bool has_own_hand = step.held == body.id() || !world.pressing_normal_W(step.tool, body.id()).isZero();
     if (!has_own_hand || (!is_held && pressing_W.isZero())) continue;
     around.has_common_body = true;
@@ -103,8 +103,8 @@ PartnerSurroundings PartnerTools::surroundings_of(const PartnerTool& one, const 
 bool PartnerTools::activate(PartnerTool& one, physics::World& world) noexcept {
   if (one.is_active) return false;
   one.tool = one.partner.tool();
-  // The argument false skips the grasp that the scene defines for its start, because the actual grip is received from
-  // the server.
+  // The argument false: the tool does not start with the grasp that the scene defines. The actual grasp is received
+  // from the server.
   world.activate_tool(one.tool, false);
   world.set_tool(one.tool, one.partner.received_tool());
   one.is_active = true;
@@ -119,7 +119,8 @@ bool PartnerTools::deactivate(PartnerTool& one, physics::World& world) noexcept 
   return was_active;
 }
 
-/// Makes the tool hold its body at the received grip. If the server has moved the grip, moves it in this world too.
+/// Makes the tool hold its body at the grip received from the server. If the server has moved the grip of a held body,
+/// moves the grip in this world as well.
 void PartnerTools::follow_grip(PartnerTool& one, const ModelStep& step, std::span<const BodyCopy> bodies) noexcept {
   const Partner& partner = one.partner;
   physics::World& world = step.world;

@@ -13,8 +13,8 @@
 
 namespace tandem::client {
 
-/// Activates a tool in `world` with its state from a second model. If `state` contains a held body, the tool holds the
-/// same body in `world`, at the tool's pose in `state`.
+/// Activates a tool in `world`, with the state that this tool has in a second model. If the tool holds a body in
+/// `state`, it holds the same body in `world`, with the tool's pose in `state`.
 void set_tool_state(physics::World& world, std::size_t tool, const physics::ToolState& state) noexcept;
 
 /// Partners (other users) and their tools.
@@ -38,24 +38,26 @@ class PartnerTools {
 
   /// Sets the coupling bounds of the active tools.
   void bound_couplings(physics::World& world, const HapticScene& scene) const noexcept;
-  /// Sets the coupling bounds of all tools in the world of a second model of the same scene. Call it before
+  /// Sets the coupling bounds of all tools in the world of a second model of the same scene. Must be called before
   /// continue_in().
   void bound_all_couplings(physics::World& world, const HapticScene& scene) const noexcept;
-  /// Activates the active tools in the world of a second model of the same scene, with their states in `from`.
+  /// Activates those tools in the world of a second model of the same scene that are active here, with their states in
+  /// `from`.
   void continue_in(physics::World& world, const physics::World& from) const noexcept;
 
   /// Returns whether a partner's tool holds the body.
   bool is_holding(BodyId body) const noexcept;
   /// Returns the state of a user's tool in the world, or `received` if that tool is not active.
   RigidState tool_of(UserId user, const RigidState& received, const physics::World& world) const noexcept;
-  /// Returns the largest Partner::common_share() of all partners. It is 1 while a partner and this user have a hand on
-  /// the same body, and afterwards falls slowly to 0. Returns 1 if no partner's tool is active.
+  /// Returns the largest Partner::common_share() of all partners: 1 while a partner and this user have a hand on the
+  /// same body. After the partner has left the body, it falls to 0 within 2 s. Returns 1 if no partner's tool is
+  /// active.
   double common_share() const noexcept;
 
  private:
   struct PartnerTool {
     Partner partner;
-    std::size_t tool = 0;  ///< index of the partner's tool in the world; `held` is the body that it holds
+    std::size_t tool = 0;  ///< index of the partner's tool in the world
     bool is_active = false;
     BodyId held;
   };
@@ -66,7 +68,7 @@ class PartnerTools {
   static bool deactivate(PartnerTool& one, physics::World& world) noexcept;
   static void follow_grip(PartnerTool& one, const ModelStep& step, std::span<const BodyCopy> bodies) noexcept;
 
-  std::vector<PartnerTool> partners_;  ///< capacity reserved for kMaxUsers
+  std::vector<PartnerTool> partners_;  ///< all partners; capacity is reserved for kMaxUsers
 };
 
 }  // namespace tandem::client

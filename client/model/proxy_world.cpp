@@ -23,8 +23,8 @@ constexpr double kMinRadius_m = 5e-5;
 constexpr double kMaxRadius_m = 0.1;
 /// Maximum number of triangles in all distinct meshes of a scene. It limits the memory for their search trees.
 constexpr std::size_t kMaxTriangles = 2 * geometry::kMaxSurfaceTriangles;
-/// Maximum number of triangles at one vertex, because the cost of a mesh's normals grows with the square of this
-/// number. Usual meshes have fewer than a hundred.
+/// Maximum number of triangles that may share a vertex. It limits the cost of a mesh's normals, which grows with the
+/// square of this number. Usual meshes have fewer than a hundred triangles at a vertex.
 constexpr int kMaxTrianglesOfVertex = 4096;
 /// Minimum edge length of the bounding box of a flat mesh.
 constexpr double kMinOutline_m = 1e-6;
@@ -72,8 +72,8 @@ RigidState fixed_in(const RigidState& frame, const Pose& part) {
 struct ProxyWorld::Part {
   std::size_t body = 0;
   Pose X_BS;
-  /// Region that the ball must leave before an excluded part becomes an obstacle again: the shape itself, or the
-  /// bounding box of a mesh.
+  /// Region that the ball must have left before an excluded shape becomes an obstacle. The region is the shape itself,
+  /// or the bounding box of a mesh.
   std::shared_ptr<const ExactField> outline;
   Pose X_SO;
   bool is_left_out = false;
@@ -198,8 +198,8 @@ ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
 
 ProxyWorld::~ProxyWorld() = default;
 
-// A new state is detected by its step number. A flag would not suffice: this function is not called in ticks with an
-// invalid sample, so it may miss the tick in which a state arrives.
+// A new state is detected by its step number. A flag "new in this tick" would not suffice: the function is not called
+// in ticks with an invalid sample, and the state may have arrived in such a tick.
 const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now,
                                             std::uint64_t absent_bodies) noexcept {
   absent_bodies_ = absent_bodies;
@@ -211,7 +211,7 @@ const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpda
   return state;
 }
 
-// First moves the bodies to their states by update(), then places the ball at the tool by reset().
+// Starts the ball at the tool. The bodies must be moved first (update()); then the ball is placed (reset()).
 void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
   leave_out(newest.held_body, newest.tool.X.p);
   ball_->update(newest.tool.X.p, motions_);
@@ -219,7 +219,8 @@ void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
   has_begun_ = true;
 }
 
-// An update need not contain every body. A missing body keeps its last received state.
+// Stores the received states of bodies. An update need not contain every body; a missing body keeps its last received
+// state.
 void ProxyWorld::receive(const ReceivedUpdate& newest) noexcept {
   if (newest.received - last_received_ > kForgotten) has_begun_ = false;
   taken_ = newest.update.step;

@@ -31,12 +31,13 @@ class ProxyWorld {
   static constexpr double kDefaultRadius_m = 5e-3;
   /// Maximum extrapolation time: two periods of the lowest state rate.
   static constexpr Duration kCarriedOn = std::chrono::milliseconds(20);
-  /// Time without a state after which the ball restarts at the server's tool, because bodies may have moved anywhere.
-  /// It is slightly longer than `silence_zero` of SafetySettings, so no force is displayed at the restart.
+  /// Time without a state after which the ball is restarted at the server's tool, because bodies may have moved far in
+  /// the meantime. The time is slightly longer than `silence_zero` of SafetySettings, so no force is displayed at the
+  /// restart.
   static constexpr Duration kForgotten = std::chrono::milliseconds(150);
 
   /// In      joined  join message of a manipulator, accepted by fill_haptic_scene() and proxy_problem()
-  /// Fails   std::exception whose message names the unusable field or asset
+  /// Fails   std::exception if a field or asset is unusable; the message names it
   /// Cost    1 s for a mesh of a million triangles
   ProxyWorld(const wire::Joined& joined, const AssetMap& assets);
   ~ProxyWorld();
@@ -59,7 +60,7 @@ class ProxyWorld {
 
   std::unique_ptr<haptics::GodObject> ball_;
   std::vector<Part> parts_;             ///< shapes of bodies, in the order of the ball's obstacles
-  std::vector<RigidState> motions_;     ///< current states of the parts, in the same order
+  std::vector<RigidState> motions_;     ///< current states of the shapes in parts_, in the same order
   std::vector<RigidState> bodies_;      ///< last received states of the bodies
   std::vector<LocalTime> received_at_;  ///< reception times of the states in bodies_
   std::uint64_t absent_bodies_ = 0;     ///< last value of HapticScene::absent_bodies
@@ -70,8 +71,8 @@ class ProxyWorld {
   std::string note_;
 };
 
-/// Checks whether this scene can be rendered with a ball, from the law and from the kinds and number of shapes. Returns
-/// an empty text if it can, otherwise the reason and the stage to use instead.
+/// Checks whether this scene can be rendered with a ball. This depends on the coupling law, and on the kinds and number
+/// of shapes. Returns an empty text if it can, otherwise the reason and the stage to use instead.
 std::string proxy_problem(const wire::Joined& joined);
 
 }  // namespace tandem::client

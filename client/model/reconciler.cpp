@@ -37,7 +37,7 @@ Shift Reconciler::step(double period_s, double loop_s) noexcept {
   Shift shift = (wanted_ - given_) * part;
   shift.p = clamped_to_length(shift.p, settings_.speed_limit_m_per_s * period_s);
   shift.theta = clamped_to_length(shift.theta, settings_.turn_limit_rad_per_s * period_s);
-  // In one tick, the velocity changes at most by the fraction `part` of its limit.
+  // Per tick, the correction of the velocity is at most the speed limit times the fraction `part`.
   shift.v = clamped_to_length(shift.v, settings_.speed_limit_m_per_s * part);
   shift.w = clamped_to_length(shift.w, settings_.turn_limit_rad_per_s * part);
   given_ = given_ + shift;

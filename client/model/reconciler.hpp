@@ -1,5 +1,6 @@
-// Reconciliation at matched inputs: a received server state answers an input that is one round trip old. Its difference
-// from the model's state at that input is the model's error, independent of the delay. The error is removed gradually.
+// Reconciliation of model and server at the same input. A received server state answers an input that is one round trip
+// old. This state is compared with the model's state at the same input. The difference is the model's error and does
+// not depend on the delay. The error is removed gradually.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -30,8 +31,8 @@ Shift shift_between(const RigidState& from, const RigidState& to) noexcept;
 struct ReconcilerSettings {
   double time_constant_s = 0.1;  ///< time constant of the correction at zero delay
   /// Additional time constant, as a multiple of the loop delay. Without it, the correction of an oscillating body would
-  /// return a part of the oscillation later with the opposite sign. The loop is stable at any phase if 1/τ is below 2ζω
-  /// for every oscillation with damping ratio ζ and frequency ω. Here τ is the total time constant.
+  /// include a part of an old oscillation with the opposite sign. Let τ be the total time constant. The loop is stable
+  /// if 1/τ is below 2ζω for every oscillation with damping ratio ζ and frequency ω.
   double loops = 5;
   /// Speed limit of the correction; a slow correction is felt as drift, a fast one would be felt as a jerk
   double speed_limit_m_per_s = 0.05;
@@ -43,22 +44,23 @@ struct ReconcilerSettings {
 /// Computes the gradual correction of one body or tool.
 ///
 /// Model   C  sum of all shifts so far; its value C(k) at input k is stored with the input
-///         e  error: the server's state for input k minus the model's state at k, which already contained C(k)
-///         h  period;  τ = time_constant + loops · delay
-///         The required sum is C(k) + e, so the part still to be applied is C(k) + e − C. A correction that was applied
-///         after input k is thus not applied twice. In each tick the fraction h/τ of this part is applied, within the
-///         limits.
+///         e  error: the server's state for input k minus the model's state at k. This model state contained C(k)
+///         h  period
+///         τ  time_constant + loops · delay
+///         The sum of shifts must become C(k) + e, so the remaining part is C(k) + e − C. It does not contain
+///         corrections applied after input k, so none is applied twice. In each tick the fraction h/τ of the remaining
+///         part is applied, within the limits.
 /// Source  inner difference of a Smith predictor; the use of cumulative sums is our addition
 /// Thread  haptic: no allocation; finite for finite input
 class Reconciler {
  public:
   explicit Reconciler(const ReconcilerSettings& settings) : settings_(settings) {}
 
-  /// Records the server's state for an input. At this input the model had the state `then` and the sum of shifts
-  /// `given_then`.
+  /// Records the server's state that answers an input. `then` is the model's state at this input, and `given_then` is
+  /// the sum of all shifts up to this input.
   void observe(const RigidState& server, const RigidState& then, const Shift& given_then) noexcept;
   /// Returns the shift that the caller must apply in this tick.
-  /// In      loop_s  loop delay: from an input to the server's answer to it [s]
+  /// In      loop_s  loop delay: time from an input to the use of the server's answer to this input [s]
   Shift step(double period_s, double loop_s) noexcept;
   /// Returns the sum of all shifts so far.
   const Shift& given() const { return given_; }

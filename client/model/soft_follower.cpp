@@ -5,8 +5,8 @@
 namespace tandem::client {
 namespace {
 
-/// Decay time of the difference between two received contacts: three steps of the soft bodies. Measured: a resting hand
-/// then vibrates at 0.15 mm/s; with a decay time of one step, at 1 to 2 mm/s.
+/// Decay time of the difference e between two received contacts: three steps of the soft bodies. Measured: with this
+/// time, a resting hand vibrates at 0.15 mm/s; with a decay time of one step, at 1 to 2 mm/s.
 constexpr double kSettling_s = 0.05;
 
 bool is_same(const SoftContact& a, const SoftContact& b) {
@@ -33,7 +33,7 @@ Wrench SoftFollower::step(const Pose& X_WT, double period_s) noexcept {
   left_rate_ += (left_ * (-kRate * kRate) + left_rate_ * (-2 * kRate)) * period_s;
   left_ += left_rate_ * period_s;
   Wrench wrench = physics::soft_wrench(received_, X_WT) + left_;
-  // The remaining difference stems from an older contact. It must not make the force of the current contact attractive.
+  // The fading difference stems from the previous contact. The total force must not become attractive because of it.
   const double pressing = received_.wrench_W.f.norm();
   if (pressing > 0) {
     const Vec3 normal_W = received_.wrench_W.f / pressing;

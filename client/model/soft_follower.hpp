@@ -14,13 +14,13 @@ namespace tandem::client {
 ///         change. Then e decays like a critically damped spring, so the steps of the soft bodies (60 Hz) are not felt.
 ///         The first touch is not late, because the server predicts it (PredictedSoftContact). The force is never
 ///         attractive.
-/// Limits  Motion of the soft body that this tool does not cause is late by the delay and the decay of e. If the soft
-///         body moves away from the tool, the end of the contact is late as well
+/// Limits  If the soft body moves by itself, its contact force is late by the delay and the decay time of e. This also
+///         holds for the end of a contact from which the soft body moves away
 /// Thread  haptic: no allocation, no throw
 class SoftFollower {
  public:
-  /// Sets the held body on which the contact acts; an invalid id means the tool itself. If the body differs from the
-  /// previous one, the contact is discarded.
+  /// Sets the body on which the contact acts: the held body, or the tool itself if the id is invalid. If this differs
+  /// from the previous call, the contact is discarded.
   void attach_to(BodyId held) noexcept;
   /// Sets the newest received contact, for the tool or held body at `X_WT`.
   void receive(const SoftContact& received, const Pose& X_WT) noexcept;

@@ -20,14 +20,14 @@ using asio::ip::tcp;
 using asio::ip::udp;
 using boost::system::error_code;
 
-/// Maximum time for which a closed connection may send its queue and, with simulated links, the bytes in flight.
+/// Maximum time for which a closed connection may still send: its queue, and with simulated links the delayed bytes.
 constexpr Duration kLinger = std::chrono::milliseconds(500);
 /// Maximum number of datagrams read in one wake-up. Normally all waiting datagrams are read, because only the newest
 /// matters.
 constexpr int kDatagramsPerWake = 1024;
-/// Number of successive read errors after which reading pauses for kErrorPause. An ICMP error of an earlier send is
-/// reported once, so more errors in a row mean that the socket fails. The loss of the server is detected on the TCP
-/// connection.
+/// Number of successive read errors after which reading pauses for kErrorPause. A single error may be an ICMP error of
+/// an earlier send, which is reported once. More errors in succession mean that the socket has failed. The loss of the
+/// server is detected on the TCP connection, not here.
 constexpr int kMaxErrorsPerWake = 16;
 constexpr Duration kErrorPause = std::chrono::milliseconds(10);
 constexpr std::uint64_t kLinksPerConnection = 4;
@@ -86,17 +86,17 @@ struct AsioClientTransport::Connection {
   StampedReceiver receiver;  ///< reads from `datagrams`
   asio::steady_timer error_pause;
   asio::steady_timer pump_timer;
-  std::optional<LocalTime> pump_due;  ///< time at which pump_timer expires; empty: not running
+  std::optional<LocalTime> pump_due;  ///< time at which pump_timer expires; empty: the timer is not running
   asio::steady_timer linger;
   std::unique_ptr<Links> links;
-  LinkTraffic before;  // traffic of earlier connections
+  LinkTraffic before;  // traffic of the links of earlier connections
   proto::Bytes unsent;
   proto::Bytes plain;  ///< buffer for the decrypted bytes of one read
   bool is_waiting_to_write = false;
   bool is_connected = false;
   bool is_closing = false;
   bool has_sent_all = false;
-  std::optional<std::string> lost_because;  // reason of an end of stream that is not reported yet
+  std::optional<std::string> lost_because;  // reason why the stream has ended, until it is reported
   std::array<std::byte, 64 * 1024> incoming{};
 };
 
@@ -146,8 +146,8 @@ void AsioClientTransport::connect(LocalTime) {
   connector_.start();
 }
 
-/// Replaces a connection that could not be set up. Its simulated links are reused, because no bytes have passed through
-/// them.
+/// Replaces a connection that could not be set up by a new one. The simulated links are reused, because no bytes have
+/// passed through them.
 void AsioClientTransport::renew() {
   const ConnectionPointer before = current_;
   current_ = std::make_shared<Connection>(io_, tls_ ? &*tls_ : nullptr);
@@ -178,7 +178,7 @@ void AsioClientTransport::connected(const ConnectionPointer& connection) {
   if (connection->tls.is_plain()) established();
 }
 
-/// Called after both ends are authenticated, so no further address is tried.
+/// Called when both ends are authenticated. No further address is tried from then on.
 void AsioClientTransport::established() {
   current_->is_connected = true;
   connector_.set_up();
@@ -196,7 +196,7 @@ void AsioClientTransport::read(const ConnectionPointer& connection) {
   connection->stream.async_read_some(
       asio::buffer(connection->incoming), [this, connection](const error_code& error, std::size_t size) {
         if (!is_current(*connection)) {
-          // While closing, received bytes are discarded, and only the end of the server's stream matters.
+          // While closing, received bytes are discarded. The only event of interest is the end of the server's stream.
           if (error) abort(*connection);
           if (!error) read(connection);
           return;
@@ -245,8 +245,8 @@ void AsioClientTransport::lost(const ConnectionPointer& connection, const std::s
   report_loss_when_due(*connection);
 }
 
-// Reports the end of a stream only after its last bytes have passed the simulated link, because they may contain a
-// goodbye message.
+// Reports the end of a stream. With a simulated link, the report waits until the stream's last bytes have passed the
+// link, because they may contain a goodbye message.
 void AsioClientTransport::report_loss_when_due(Connection& connection) {
   if (!connection.lost_because || !is_current(connection)) return;
   if (connection.links != nullptr && connection.links->control_down.next_due()) return;
@@ -318,8 +318,8 @@ void AsioClientTransport::send_control(std::span<const std::byte> bytes) {
   flush(current_);
 }
 
-// Write errors are not handled here, because the session must not be called from within its own call. The pending read
-// fails as well and reports the error.
+// Write errors are ignored here, because this function may run inside a call of the session and must not call the
+// session back. After a write error, the pending read fails as well and reports it.
 void AsioClientTransport::flush(const ConnectionPointer& connection) {
   if (connection->is_waiting_to_write || !connection->stream.is_open()) return;
   proto::Bytes& unsent = connection->unsent;
@@ -379,7 +379,7 @@ void AsioClientTransport::close() {
   finish_when_drained(*connection);
 }
 
-// Closes only the sending half. The end of the server's stream then confirms that the server has read everything.
+// Once everything is sent, closes the sending half only. The server closes its half when it has read everything.
 void AsioClientTransport::finish_when_drained(Connection& connection) {
   if (!connection.is_closing || !connection.unsent.empty()) return;
   if (connection.links != nullptr && connection.links->control_up.next_due()) return;
@@ -435,7 +435,7 @@ void AsioClientTransport::deliver_due(Connection& connection, LocalTime now) {
   while (const auto bytes = links.control_down.receive(now)) {
     if (is_current(connection)) session_->on_control_bytes(*bytes, clock_.now());
   }
-  // A datagram is passed with the time at which it was due, even if this call is late.
+  // The session receives each datagram with the time at which it was due, even if this call is late.
   for (auto due = links.down.next_due(); due && *due <= now; due = links.down.next_due()) {
     const auto datagram = links.down.receive(now);
     if (datagram && is_current(connection)) session_->on_datagram(*datagram, *due);

@@ -5,8 +5,8 @@
 //
 // * Control bytes pass through a secure::TlsStream between link and socket; --insecure disables TLS.
 // * State and control each have a simulated link in each direction; the control links are reliable.
-// * Each connection has separate sockets and links, so that no bytes of an old connection reach the session.
-// * Bytes that the TCP socket does not accept are queued here. State over TCP is sent only when the queue is empty.
+// * Each connection has sockets and links of its own, so that no bytes of an old connection reach the session.
+// * Control bytes that the TCP socket does not accept are queued. State over TCP is sent only when this queue is empty.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -47,8 +47,8 @@ class AsioClientTransport final : public ClientTransport {
   /// In      host     a numeric address; with `trust` also a host name, which is looked up by each connect()
   ///         trust    key or authorities that authenticate the server; empty: no TLS, and only loopback addresses
   ///         resolve  function that looks up names
-  /// Fails   std::invalid_argument: an address that is not allowed, a file without an authority, or an invalid link
-  ///         parameter
+  /// Fails   std::invalid_argument: the address is not allowed, the file contains no authority, or a link parameter is
+  ///         invalid
   AsioClientTransport(boost::asio::io_context& io, const std::string& host, std::uint16_t port,
                       const std::optional<secure::Trust>& trust, std::optional<SimulatedLinks> links,
                       const Clock& clock, Resolve resolve = resolve_by_system);
@@ -100,7 +100,7 @@ class AsioClientTransport final : public ClientTransport {
 
   boost::asio::io_context& io_;
   std::uint16_t port_;
-  std::optional<secure::TlsContext> tls_;  ///< empty: no TLS
+  std::optional<secure::TlsContext> tls_;  ///< context of the TLS connections; empty: no TLS
   std::optional<SimulatedLinks> links_;
   const Clock& clock_;
   TransportListener* session_ = nullptr;

@@ -61,16 +61,16 @@ struct ClientIo::Impl {
   asio::steady_timer poll_timer{io};
   asio::steady_timer stop_timer{io};
 
-  std::shared_ptr<const wire::Joined> joined;  // answer to the last join; the pointer is for the io thread only
-  std::shared_ptr<const Credentials> beside;   // see ClientSession::credentials_beside(); for the io thread only
-  std::shared_ptr<const AssetMap> assets;      // received assets; the pointer is for the io thread only
-  EventQueue new_events;                       // events since the last snapshot; for the io thread only
+  std::shared_ptr<const wire::Joined> joined;  // answer to the last join; only the io thread uses this pointer
+  std::shared_ptr<const Credentials> beside;   // see ClientSession::credentials_beside(); io thread only
+  std::shared_ptr<const AssetMap> assets;      // received assets; only the io thread uses this pointer
+  EventQueue new_events;                       // events since the last snapshot; only the io thread uses this queue
   LocalTime published_at{};
   mutable std::mutex mutex;  // protects `published` and `events`; the haptic thread never locks it
   ClientIoSnapshot published;
   EventQueue events;
 
-  std::thread thread;  // last member, so that it is constructed after the members that it uses
+  std::thread thread;  // last member: starts after the members that it uses are constructed
 };
 
 ClientIo::Impl::Impl(ClientIoSettings client_settings, devices::Device& device)
@@ -99,7 +99,8 @@ void ClientIo::Impl::run() {
     await_poll_time();
     io.run();
   } catch (const std::exception& error) {
-    // The causes are lack of memory or of threads. Ending the program here would leave the device at its last force.
+    // Possible causes: the system is out of memory or of threads. If the program ended here, the device would keep its
+    // last force, so only the session fails.
     session.fail(error.what());
   }
   publish_snapshot(clock.now());
@@ -145,7 +146,8 @@ void ClientIo::Impl::perform(const Command& command) {
   client.send(std::get<ClientCommand>(command), clock.now());
 }
 
-// Publishes a snapshot of the session. Only this thread writes `published`, so it may read `published` without the lock.
+// Publishes a snapshot of the session. Only this thread writes `published`, so this thread may read it without the
+// lock.
 void ClientIo::Impl::publish_snapshot(LocalTime now) {
   ClientIoSnapshot snapshot;
   snapshot.status = session.status();

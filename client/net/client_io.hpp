@@ -1,13 +1,14 @@
-// A live client: the sockets, the io thread, and the Client that they drive. The haptic thread (haptic_loop.hpp) ticks
-// that Client. The two threads share only its mailboxes.
+// A live client: the sockets, the io thread, and the Client that they drive. The haptic thread (haptic_loop.hpp) calls
+// tick() of the same Client. The two threads share only the mailboxes of the Client.
 //
 //   haptic thread                        io thread (this file)
 //   haptics().tick(), notify() ──eventfd▶ Client::poll(): encode, send
 //   ◀──── inbox, scene, local model ───── sockets readable: check, decode, publish
 //
-// An eventfd wakes the io thread after each haptic tick. It costs one system call without a lock; polling the outbox
-// instead would delay each input by up to the polling period. The io thread has a lower priority than the haptic
-// thread, because a late haptic tick is felt, whereas a late datagram only adds a millisecond of age.
+// An eventfd wakes the io thread after each haptic tick. This costs one system call without a lock. If the io thread
+// polled the outbox instead, each input would be delayed by up to the polling period. The io thread has a lower
+// priority than the haptic thread, because a late haptic tick can be felt, but a late datagram is only a millisecond
+// older.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,7 @@
 namespace tandem::client {
 
 struct ClientIoSettings {
-  /// Without `trust` a loopback address or "localhost"; with `trust` any address or a name
+  /// Without `trust`: a loopback address or "localhost". With `trust`: any address or a name.
   std::string host = "127.0.0.1";
   std::uint16_t port = 47800;
   /// Key or authorities that authenticate the server; empty: no TLS (--insecure)
@@ -39,13 +40,13 @@ struct ClientIoSettings {
 
 /// Estimate of the server's clock and of the round trip to the server.
 struct ClockEstimate {
-  bool is_known = false;  ///< whether there is an estimate; false: all values are 0
+  bool is_known = false;  ///< true: there is an estimate; false: all values are 0
   Duration offset{0};     ///< server time − local time
   Duration round_trip{0};
   Duration minimum_round_trip{0};
 };
 
-/// State of the method by which the scene is rendered to the hand; see the functions of equal names in Client.
+/// State of the rendering of the scene to the hand. Its members correspond to functions of the same names in Client.
 struct RenderingStatus {
   StageSettings stage;
   std::string stage_note;
@@ -86,8 +87,9 @@ struct ClientIoSnapshot {
 class ClientIo {
  public:
   /// In      device  must outlive this object
-  /// Fails   std::invalid_argument: not an address, an address that requires encryption, an invalid link parameter, or
-  ///         as in Client; std::system_error: the sockets could not be created
+  /// Fails   std::invalid_argument: `host` is not an address, or is an address that requires encryption; a link
+  ///         parameter is invalid; or as in the constructor of Client. std::system_error: the sockets could not be
+  ///         created
   ClientIo(ClientIoSettings settings, devices::Device& device);
   /// Calls stop().
   ~ClientIo();
@@ -109,8 +111,9 @@ class ClientIo {
   /// Fails   std::invalid_argument: an invalid stage, see Client::set_stage(), or an invalid LinkParameters::problem()
   /// Thread  any except haptic
   void send(Command command);
-  /// Returns the next event; nothing if there is none. snapshot() includes the effect of each returned event. At most
-  /// 4096 events are queued (EventQueue); further ones displace the oldest, which are counted (events_dropped).
+  /// Returns the next event; nothing if there is none. The effect of each returned event is included in snapshot(). At
+  /// most 4096 events are queued (EventQueue). If the queue is full, the oldest event is dropped and counted
+  /// (events_dropped).
   /// Thread  any except haptic, because it takes a lock
   std::optional<Event> next();
   /// Leaves the room and joins the thread. Waits up to 0.5 s for the leave message to be sent. Repeated calls have no

@@ -90,8 +90,8 @@ void Connector::cancel() {
   close_all();
 }
 
-/// Replaces the known addresses of one family by `addresses`. An answer without addresses is ignored, because the name
-/// server may be faulty.
+/// Replaces the known addresses of one family (IPv4 or IPv6). An empty list changes nothing, because the name server
+/// that returned it may be faulty.
 void Connector::remember(const std::vector<net::Address>& addresses, bool is_v6) {
   if (addresses.empty()) return;
   std::erase_if(known_, [&](const net::Address& known) {
@@ -144,7 +144,7 @@ void Connector::try_address(const net::Address& address) {
 }
 
 void Connector::finished(const AttemptPointer& attempt, const error_code& error) {
-  // If the attempt is not in the list, it was cancelled.
+  // An attempt that is not in the list was cancelled.
   const auto found = std::ranges::find(attempts_, attempt);
   if (found == attempts_.end()) return;
   attempts_.erase(found);

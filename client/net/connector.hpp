@@ -1,4 +1,5 @@
-// Connects to a server, at the first of its addresses that accepts (common/net/address_race.hpp).
+// Connects to a server. Several addresses of the server may be tried; the first one that accepts is used
+// (common/net/address_race.hpp).
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -16,9 +17,9 @@
 
 namespace tandem::client {
 
-/// Connects to a host, and stores the addresses of a host that was reached once. A later start() tries the stored
-/// addresses during the new look-up, the last successful one first. So an unresponsive name server delays no
-/// reconnection.
+/// Connects to a host. Once a host was reached, its addresses are stored. A later start() looks up the host again and
+/// meanwhile tries the stored addresses, the last successful one first. So a reconnection need not wait for a slow name
+/// server.
 ///
 /// Thread  the thread that runs the io_context
 class Connector {
@@ -36,7 +37,8 @@ class Connector {
             Resolve resolve, const Clock& clock, Accepted accepted, Lost lost);
 
   void start();
-  /// Must be called when the accepted connection has been set up; ends the attempts to other addresses.
+  /// Must be called when the accepted connection has been set up. Attempts to connect to other addresses are then
+  /// ended.
   void set_up();
   /// Rejects the accepted connection, so that the remaining addresses are tried.
   void set_up_failed(net::AttemptFailure failure, const std::string& why);

@@ -17,9 +17,9 @@ using Resolve = std::function<std::vector<net::Address>(const std::string& host,
 /// Calls the resolver of the system.
 std::vector<net::Address> resolve_by_system(const std::string& host, bool is_v6, std::string& problem);
 
-/// Looks up each address family in a separate thread, so that neither answer waits for the other (RFC 8305, section 3).
-/// The threads are detached, so neither a lost connection nor the end of the program waits for a name server. At most
-/// one look-up per family is outstanding, however often the client reconnects.
+/// Looks up the addresses of a host, for IPv4 and IPv6 in separate threads. So neither answer waits for the other (RFC
+/// 8305, section 3). The threads are detached, so neither a lost connection nor the end of the program waits for a name
+/// server. For each family, at most one look-up is outstanding, even if the client reconnects often.
 ///
 /// Thread  the thread that runs the io_context
 class NameLookup {

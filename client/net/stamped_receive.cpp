@@ -13,8 +13,9 @@
 namespace tandem::client {
 namespace {
 
-/// Tolerated difference between the advances of two clocks: a constant part for delays of the thread, and 1/1000 for
-/// slewing, which NTP limits to 500 ppm.
+/// Two clocks are assumed to have run alike if their advances differ by at most the sum of two parts:
+/// * a constant part, for delays of the thread between the readings of the clocks
+/// * 1/1000 of the time, because NTP slews a clock by at most 500 ppm
 constexpr Duration kMaxApart = std::chrono::milliseconds(5);
 constexpr Duration::rep kSlewed = 1000;
 

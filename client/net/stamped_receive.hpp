@@ -1,5 +1,5 @@
-// Receives datagrams with the kernel's reception time, so that a delay of the reading thread does not make old
-// datagrams appear fresh.
+// Receives datagrams with the time at which the kernel received them. So old datagrams do not appear fresh if the
+// reading thread was delayed.
 #pragma once
 
 #include <cstddef>
@@ -16,17 +16,17 @@ namespace tandem::client {
 ///         came  time of reception, the result
 ///         age   the apparent age w if it is plausible, otherwise its upper bound now − T
 ///         T     time at which the socket was last found empty; the datagram has arrived after T
-///         w     wall clock minus the kernel's stamp, which is a time of the wall clock. w is plausible if it is between 0
-///               and now − T, and if both clocks have advanced equally since T. The second condition detects that the wall
-///               clock was set while the datagram waited
-///         So an old datagram never appears fresh. The wall clock is read after the datagram, so a delay of the thread in
-///         between increases the age.
+///         w     wall clock minus the kernel's stamp, which is a time of the wall clock. w is plausible if two
+///               conditions hold: w is between 0 and now − T, and both clocks have advanced equally since T. The second
+///               condition detects that the wall clock was set while the datagram waited
+///         So an old datagram never appears fresh. The wall clock is read after the datagram, so a delay of the thread
+///         in between increases the age.
 /// Thread  any, one at a time; no allocation
 class StampedReceiver {
  public:
   StampedReceiver() = default;
-  /// Enables kernel time stamps on `socket`, which must be empty. Where time stamps are not available, the reception
-  /// time of a datagram is the time of its reading.
+  /// Enables the kernel's time stamps on `socket`, which must be empty. If they are not available, a datagram's
+  /// reception time is the time at which it is read.
   StampedReceiver(int socket, LocalTime now) noexcept;
 
   /// Reads the next waiting datagram.
@@ -41,7 +41,7 @@ class StampedReceiver {
   Duration wall_at_empty_{0};  ///< time of the wall clock at empty_at_
 };
 
-/// Returns the age of a datagram: `waited` if it is plausible, otherwise `empty_for`.
+/// Returns the age of a datagram: `waited` if this value is plausible, otherwise the upper bound `empty_for`.
 ///
 /// In      waited          time since its stamp, by the wall clock
 ///         empty_for       time since the socket was empty, by the local clock

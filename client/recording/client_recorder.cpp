@@ -9,7 +9,8 @@ namespace tandem::client {
 namespace {
 
 constexpr Duration kPeriod = std::chrono::milliseconds(20);
-/// Period of flushing. If the process is killed, at most the records of this period and of one drain period are lost.
+/// Period of writing the file to disk. If the process is killed, at most the records of this period and of one drain
+/// period of the ring are lost.
 constexpr std::uint64_t kFlushEvery_ns = 250'000'000;
 /// Capacity of the ring, enough for 4 s of ticks at 1 kHz.
 constexpr std::size_t kCapacity = 4096;

@@ -24,8 +24,8 @@ namespace tandem::client {
 
 struct ClientRecording {
   std::filesystem::path file;
-  std::uint64_t every = 1;        ///< every n-th tick is recorded
-  Duration unix_offset{0};        ///< Unix time minus the time of this machine's monotonic clock
+  std::uint64_t every = 1;        ///< interval of recorded ticks: 1 records each tick, 10 every tenth tick
+  Duration unix_offset{0};        ///< time of the Unix clock minus time of this machine's monotonic clock
   wire::RecordedSession about{};  ///< description of the session; the recorder sets its fields `part` and `every`
   recording::RotationSettings rotation{};
 };
@@ -42,7 +42,7 @@ struct LinkFigures {
 class ClientRecorder {
  public:
   /// Creates the file and starts the thread.
-  /// In      on_news  receives messages for the user; called on the recorder's thread
+  /// In      on_news  called with each message for the user, on the recorder's thread
   /// Fails   std::invalid_argument: the file cannot be created
   ClientRecorder(ClientRecording settings, std::function<void(const std::string&)> on_news);
   /// Calls finish().

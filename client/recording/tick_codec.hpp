@@ -7,10 +7,10 @@
 namespace tandem::client {
 
 /// Converts a tick to a message.
-/// In      phase  index of the phase in the simulated hand's trajectory; −1: none
+/// In      phase  index of the present phase of the simulated hand's path; −1: none
 wire::RecordedTick recorded(const TickRecord& tick, int phase);
-/// Converts a message to a tick. Keeps non-finite values and invalid rotations, so that recordings of faults can be
-/// displayed. Use the `sample` only through devices::DeviceReader, because the file may be damaged.
+/// Converts a message to a tick. Non-finite values and invalid rotations are kept, so that recordings of faults can be
+/// displayed. Because the file may be damaged, the `sample` must be used only through devices::DeviceReader.
 TickRecord tick_of(const wire::RecordedTick& recorded);
 
 }  // namespace tandem::client

@@ -1,5 +1,6 @@
 // The smallest client: a simulated hand joins the room of a server on this machine and touches its scene for two
-// seconds. Start here to use the client in another program. The program tandem-client adds options and reports.
+// seconds. To use the client in another program, start from this sample. The program tandem-client is the same client
+// with options and reports.
 //   tandem-server --insecure --scene peg_in_hole     in one terminal; prints a line when it listens
 //   01_smallest_client [PORT]                        in another
 //
@@ -34,15 +35,15 @@ std::uint16_t port_of(std::string_view text) {
 }
 
 bool run(std::uint16_t port) {
-  // The device may be any implementation of devices/device.hpp. This one includes a simulated hand that follows a path.
-  // Open a real device here as well: opening may block, so it must precede the start of real-time threads.
+  // Any implementation of devices/device.hpp may be used. SimDevice includes a simulated hand that follows a path. A
+  // real device must be opened here as well: opening may block, so it must precede the start of real-time threads.
   devices::SimDevice device(devices::SimDevice::default_spec(), devices::HandParameters{},
                             devices::named_hand_path("peg-left"), /*seed=*/1);
 
   // ClientIo is the client (client/client.hpp) with its sockets and io thread. It joins the server's only room as a
-  // manipulator, and rejoins automatically after a lost connection. A program with users would set session.room and
-  // session.role. The stage "late-pose" is used because it needs no assets. Force limits come from the device's spec; a
-  // server cannot raise them.
+  // manipulator, and rejoins automatically after a lost connection. Other programs may set session.room and
+  // session.role. This sample uses the stage "late-pose", because it needs no assets. Force limits come from the
+  // device's spec, and a server cannot raise them.
   client::ClientIoSettings settings;
   settings.port = port;
   settings.client.session.user_name = "smallest";
@@ -58,8 +59,9 @@ bool run(std::uint16_t port) {
     std::this_thread::sleep_for(10ms);
   }
 
-  // The loop runs the haptic thread at 1 kHz. Priority 70 is above that of the io thread and below that of kernel
-  // threads. If the machine refuses real-time rights, the sample prints which; the loop then has more lateness.
+  // HapticLoop runs the haptic thread at 1 kHz. Priority 70 is above that of the io thread and below that of kernel
+  // threads. If the machine refuses real-time rights, start() returns the names of the refused rights, and the ticks of
+  // the loop may be late.
   client::HapticLoop loop({.realtime_priority = 70}, io.haptics(), [&io] { io.notify(); });
   for (const std::string& missing : loop.start()) std::fprintf(stderr, "%s\n", missing.c_str());
 
@@ -90,7 +92,7 @@ bool run(std::uint16_t port) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Must precede all threads, so that no signal ends the program while a force is displayed.
+  // Must be called before any thread starts, so that no signal ends the program while a force is displayed.
   client::block_stop_signals();
   try {  // set-up errors (no server, wrong version, full room) are exceptions; their messages name the remedy
     return run(argc > 1 ? port_of(argv[1]) : 47800) ? 0 : 1;

@@ -1,6 +1,6 @@
 // Haptic rendering for one user without a server: a simulated hand touches a fixed box and a moving sphere with a
-// point. Start here to add haptic rendering to another program. Sample 01 shows scenes that several users share. The
-// client's stage "god-object" uses the method of this sample for shared scenes.
+// point. To add haptic rendering to another program, start from this sample. Scenes that several users share are the
+// subject of sample 01. For them, the client's stage "god-object" uses the method of this sample.
 //
 //   02_god_object            prints a table; the force is 0 while nothing is touched
 #include <array>
@@ -40,14 +40,14 @@ tandem::RigidState sphere_at(double t_s) {
 }
 
 int run() {
-  // Any device of devices/ may be used; this one includes a simulated hand. The writer clamps forces to the device's
+  // Any device of devices/ may be used; SimDevice includes a simulated hand. The writer clamps forces to the device's
   // limits.
   tandem::devices::SimDevice device(tandem::devices::SimDevice::default_spec(), tandem::devices::HandParameters{},
                                     hand_path(), /*seed=*/1);
   tandem::devices::DeviceWriter writer(device);
 
-  // An obstacle is a primitive with an exact distance function, or a ProxyMesh of triangles. Here, the device's frame
-  // is the world frame. A program with a scene would apply a workspace mapping between the two
+  // An obstacle is a primitive with an exact distance function, or a ProxyMesh of triangles. In this sample, the
+  // device's frame is the world frame. Other programs convert between the two frames by a workspace mapping
   // (common/base/workspace.hpp).
   tandem::haptics::ProxyObstacle box;
   box.primitive = tandem::contact::box_field(Vec3(0.08, 0.08, 0.02));

@@ -113,7 +113,7 @@ std::optional<wire::GetAsset> AssetFetcher::next_request(std::uint32_t request, 
   const auto next = std::ranges::find_if(wanted_, is_open);
   const std::size_t most = std::min(max_bytes, proto::kAssetChunkBytes);
   if (next == wanted_.end() || most == 0) return std::nullopt;
-  // An empty asset (0 bytes) needs exactly one request.
+  // An empty asset (0 bytes) needs exactly one request. Nothing is requested while this request is unanswered.
   const bool is_awaited = std::ranges::find(awaited_, next->number, &Awaited::wanted) != awaited_.end();
   if (next->info.size_bytes() == 0 && is_awaited) return std::nullopt;
   const std::size_t bytes =
@@ -132,7 +132,7 @@ std::string AssetFetcher::on_chunk(std::uint32_t request, const wire::AssetChunk
   const Awaited awaited = awaited_.front();
   awaited_.pop_front();
   const auto wanted = std::ranges::find(wanted_, awaited.wanted, &Wanted::number);
-  if (wanted == wanted_.end()) return {};  // the asset was removed from the list after the request
+  if (wanted == wanted_.end()) return {};  // the server may answer a request after its asset was removed from the list
   std::string problem = accept(*wanted, awaited, chunk);
   if (!problem.empty() || assets_.contains(wanted->hash)) wanted_.erase(wanted);
   return problem;
@@ -145,8 +145,8 @@ std::string AssetFetcher::accept(Wanted& wanted, const Awaited& awaited, const w
                      chunk.data().size() == awaited.bytes;
   if (!is_it) return "asset " + wanted.info.name() + ": the chunk is not the requested one";
   const auto data = std::as_bytes(std::span(chunk.data()));
-  // Memory for the whole asset is reserved once. If the vector grew with each piece, it would copy all received bytes,
-  // up to 128 MB in one call.
+  // Memory for the whole asset is reserved at once. Otherwise the vector would grow with each piece, and a single
+  // growth would copy all received bytes (up to 128 MB).
   if (wanted.bytes.empty()) wanted.bytes.reserve(static_cast<std::size_t>(size));
   wanted.hasher.add(data);
   wanted.bytes.insert(wanted.bytes.end(), data.begin(), data.end());

@@ -1,5 +1,5 @@
-// Fetches the assets of a scene from the server in pieces. An asset is identified by the hash of its content and is
-// discarded if its hash is wrong.
+// Fetches the assets of a scene from the server in pieces. An asset is identified by the hash of its content. Received
+// content with a different hash is discarded.
 #pragma once
 
 #include <cstdint>
@@ -26,44 +26,47 @@ inline constexpr std::uint64_t kMaxAssetBytes = 256ULL * 1024 * 1024;
 using AssetInfos = google::protobuf::RepeatedPtrField<wire::AssetInfo>;
 
 /// Requests the pieces of assets and assembles the answers. Several requests may be unanswered at a time; the caller
-/// limits their total size. After a lost connection, the received pieces of an asset are kept if the next begin() lists
-/// the asset again.
+/// limits their total size. After a lost connection, the pieces of a partly received asset are kept if the next begin()
+/// lists this asset again.
 ///
 /// Thread  io
 class AssetFetcher {
  public:
-  /// Time without an answer of the store after which assets are fetched from the server, because a disk may hang.
+  /// Time without an answer of the store after which the client fetches its assets from the server instead. The limit
+  /// is needed because a disk may stop responding.
   static constexpr Duration kStoreTimeout = std::chrono::seconds(1);
 
   /// In      store  local store that is queried before the server, and that keeps fetched assets; null if there is none
   explicit AssetFetcher(std::uint64_t limit_bytes = kMaxAssetBytes, std::shared_ptr<AssetStore> store = nullptr)
       : limit_bytes_(limit_bytes), store_(std::move(store)) {}
 
-  /// Looks up assets in the store, in the order of `wanted`. Assets beyond the memory limit are not looked up.
+  /// Starts to look up assets in the store, in the order of `wanted`. Assets beyond the memory limit are not looked up.
   void look_up(const AssetInfos& wanted);
   /// Accepts the answers of the store that have arrived. Returns true once all look-ups have been answered.
   bool accept_found();
   /// Drops all look-ups if the store has not answered for kStoreTimeout.
   void check_store(LocalTime now);
 
-  /// Sets the list of assets to fetch from the server, in this order. Assets that are already available are skipped.
-  /// Returns one line of text for each asset that is omitted because of a malformed hash or the memory limit.
+  /// Sets the list of assets to fetch from the server, in the order of fetching. Assets that are available already are
+  /// skipped. Returns one line of text for each asset that is omitted because its hash is malformed or the memory limit
+  /// is reached.
   std::vector<std::string> begin(const AssetInfos& wanted);
   /// Must be called for a new connection: pieces that were requested but not received are requested again.
   void reconnect();
   bool has(const wire::AssetInfo& info) const;
 
-  /// Returns the next request for a piece of at most `max_bytes`, with the number `request`; nothing if every
-  /// piece has been requested.
+  /// Returns the next request for a piece of at most `max_bytes`; `request` is the number that the request is sent
+  /// with. Returns nothing if all pieces have been requested.
   std::optional<wire::GetAsset> next_request(std::uint32_t request, std::size_t max_bytes);
   /// Returns true if a request is unanswered.
   bool is_awaiting() const { return !awaited_.empty(); }
   /// Returns true if `request` is the oldest unanswered request. The server answers in the order of the requests.
   bool is_next(std::uint32_t request) const { return is_awaiting() && awaited_.front().request == request; }
-  /// Accepts the answer to the oldest request; is_next() must be true for it. If the answer is unusable, the asset is
-  /// no longer fetched, and the problem is returned. Otherwise returns an empty text.
+  /// Accepts the answer to the oldest request; is_next() must be true for the request. Returns an empty text if the
+  /// answer is usable. Otherwise returns the problem, and the asset is no longer fetched.
   std::string on_chunk(std::uint32_t request, const wire::AssetChunk& chunk);
-  /// Handles the refusal of the oldest request; is_next() must be true for it. Its asset is no longer fetched.
+  /// Handles a refusal of the oldest request; is_next() must be true for the request. The requested asset is no longer
+  /// fetched.
   void on_refused(std::uint32_t request);
 
   /// Returns how many of the given assets are still to be fetched.
@@ -75,7 +78,7 @@ class AssetFetcher {
   struct Wanted {
     wire::AssetInfo info;
     proto::Sha256 hash{};
-    /// Number of this entry; if the same asset is listed again, its new entry gets a new number
+    /// Number of this list entry. If an asset is removed and later listed again, its new entry has a new number.
     std::uint64_t number = 0;
     proto::Bytes bytes{};            ///< bytes received so far
     std::uint64_t requested_to = 0;  ///< all bytes before this offset are received or requested
@@ -108,7 +111,8 @@ class AssetFetcher {
   std::deque<Wanted> wanted_;
   std::deque<Awaited> awaited_;
   std::deque<Lookup> lookups_;
-  /// Time of the store's last answer, or of the first check_store() after it; empty: no look-up is outstanding.
+  /// Time at which the wait for the store's next answer began: the first check_store() after its last answer. Empty:
+  /// there is no wait.
   std::optional<LocalTime> store_answered_;
 };
 

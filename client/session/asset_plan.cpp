@@ -23,7 +23,8 @@ AssetInfos of_kinds(const std::vector<std::string>& kinds, const AssetInfos& off
   return wanted;
 }
 
-/// Returns the smallest drawing of each surface, so that every surface is soon visible.
+/// Returns the first drawing (the smallest one) of each surface. These drawings are fetched first, so that every
+/// surface is visible early.
 AssetInfos first_drawings(const AssetInfos& offered) {
   std::map<std::string_view, const wire::AssetInfo*> smallest;
   for (const wire::AssetInfo& info : offered) {
@@ -36,7 +37,7 @@ AssetInfos first_drawings(const AssetInfos& offered) {
   return first;
 }
 
-/// Returns the coarse replacements, indexed by the hash of the asset that they replace.
+/// Returns the coarse replacements of tactile assets, indexed by the hash of the replaced asset.
 std::map<std::string_view, const wire::AssetInfo*> coarse_ones(const AssetInfos& offered) {
   std::map<std::string_view, const wire::AssetInfo*> coarse;
   for (const wire::AssetInfo& info : offered) {
@@ -45,8 +46,8 @@ std::map<std::string_view, const wire::AssetInfo*> coarse_ones(const AssetInfos&
   return coarse;
 }
 
-/// Returns the coarse replacement of `fine`; null if there is none. Only a contact asset can have a replacement, which
-/// must be smaller.
+/// Returns the coarse replacement of `fine`; null if there is none. A replacement is valid only for a contact asset,
+/// and only if it is smaller than `fine`.
 const wire::AssetInfo* stand_in(const wire::AssetInfo& fine,
                                 const std::map<std::string_view, const wire::AssetInfo*>& coarse) {
   const auto found = coarse.find(fine.sha256());
@@ -133,7 +134,8 @@ AssetInfos AssetPlan::drawings_by_size() const {
 }
 
 std::optional<wire::GetAsset> AssetPlan::next_request(std::uint32_t request, LocalTime now) {
-  // Until the assets are selected, the fetcher's list may contain assets of the previous scene.
+  // While the assets are being selected, no request is made, because the fetcher's list may still contain assets of the
+  // previous scene.
   if (is_planning()) return std::nullopt;
   const std::size_t bytes = !settings_.fetches_one_at_a_time ? rate_.bytes_to_request(now)
                             : fetcher_.is_awaiting()         ? 0
@@ -144,8 +146,8 @@ std::optional<wire::GetAsset> AssetPlan::next_request(std::uint32_t request, Loc
   return wanted;
 }
 
-/// Raises the level if the available assets permit it. At the full level, starts to fetch the remaining drawings.
-/// Returns true if the level has risen.
+/// Raises the availability level if the received assets permit it. Once the full level is reached, starts to fetch the
+/// remaining drawings. Returns true if the level has risen.
 bool AssetPlan::raise_level() {
   if (level_ == AssetLevel::kFull || is_planning()) return false;
   const AssetLevel before = level_;

@@ -97,7 +97,7 @@ class DiskAssetStore final : public AssetStore {
   std::condition_variable_any news_;
   std::deque<Lookup> lookups_;
   std::deque<Kept> waiting_;  ///< assets that are still to be written to files
-  std::jthread worker_;       ///< last member, so that it starts after and ends before the members that it uses
+  std::jthread worker_;       ///< last member: starts after, and ends before, the members that it uses
 };
 
 fs::path DiskAssetStore::file_of(const proto::Sha256& hash) const {
@@ -128,7 +128,7 @@ FoundAsset DiskAssetStore::read(const Lookup& wanted) const noexcept try {
   fs::last_write_time(file, fs::file_time_type::clock::now(), error);
   return std::make_shared<const proto::Bytes>(std::move(*bytes));
 } catch (const std::exception&) {
-  return nullptr;  // probably not enough memory for the file; the asset is then fetched from the server
+  return nullptr;  // the memory may not suffice for the file; the asset is then fetched from the server
 }
 
 void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) {
@@ -140,8 +140,8 @@ void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const
   news_.notify_one();
 }
 
-/// Loop of the worker thread, which keeps disk access away from the threads that the force depends on. When stopped, it
-/// drops the pending look-ups but writes the pending files.
+/// Loop of the worker thread. All disk access is on this thread, because the force must not wait for a disk. When
+/// stopped, the loop drops the pending look-ups but writes the pending files.
 void DiskAssetStore::work_until(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (news_.wait(lock, stop, [this] { return !waiting_.empty() || !lookups_.empty(); })) {

@@ -13,13 +13,14 @@
 
 namespace tandem::client {
 
-/// The bytes that a store has found; null if it has no asset with the hash and size.
+/// Bytes of an asset in a store; null if the store has no asset with the requested hash and size.
 using FoundAsset = std::shared_ptr<const proto::Bytes>;
 
-/// Interface of a store. Both functions are called by the io thread, on which the force depends. So they must not wait
-/// for a disk.
+/// Interface of a store. The io thread calls both functions, and the force depends on the io thread. So the functions
+/// must not wait for a disk.
 ///
-/// Thread  any, one at a time. The disk store accepts concurrent calls, because two devices of one user share it
+/// Thread  any, one at a time. Exception: the disk store accepts concurrent calls, because two devices of a user share
+///         it
 class AssetStore {
  public:
   virtual ~AssetStore() = default;
@@ -30,7 +31,8 @@ class AssetStore {
   virtual void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) = 0;
 };
 
-/// Store in memory, which answers look-ups at once. The lab fills it before a trial and discards it afterwards.
+/// Creates a store in memory, which answers look-ups at once. The lab fills it before a trial and discards it after the
+/// trial.
 std::shared_ptr<AssetStore> memory_asset_store();
 
 inline constexpr std::uint64_t kDefaultAssetStoreBytes = 1ULL << 30U;
@@ -39,11 +41,12 @@ inline constexpr std::uint64_t kDefaultAssetStoreBytes = 1ULL << 30U;
 using ReadAsset = std::function<std::optional<proto::Bytes>(const std::filesystem::path& file)>;
 std::optional<proto::Bytes> read_asset_file(const std::filesystem::path& file);
 
-/// Store in a folder, with one file for each asset. Other programs can write to the folder, so files are verified by
-/// their hash, and damaged files are removed. Above the size limit, the least recently used files are removed.
+/// Creates a store in a folder, with one file for each asset. Other programs can write to the folder, so each file is
+/// verified by its hash, and damaged files are removed. Above the size limit, the least recently used files are
+/// removed.
 /// In      read  function that reads a file; tests replace it
-/// Cost    A separate thread reads, hashes (about 0.1 s for 30 MB) and writes files; reads have priority. The
-///         destructor waits for pending writes and for the file that is being read
+/// Cost    a thread of its own reads, hashes (about 0.1 s for 30 MB) and writes the files; reads have priority. The
+///         destructor waits for pending writes and for a file that is being read
 std::shared_ptr<AssetStore> disk_asset_store(std::filesystem::path directory,
                                              std::uint64_t limit_bytes = kDefaultAssetStoreBytes,
                                              ReadAsset read = read_asset_file);

@@ -1,11 +1,11 @@
 // Commands of the user or of the program to a client, one type per command. A live client receives all commands by
-// ClientIo::send(). Each layer performs some commands and passes the remaining ones on:
+// ClientIo::send(). Each layer performs the commands of its own type and passes all other commands on:
 //
 //   ClientIo::send(Command) ──▶ Client::send(ClientCommand) ──▶ ClientSession::send(SessionCommand) ──▶ server
 //
-// A command returns no result. Its effect appears in the next snapshot, or an event reports it (event.hpp). A command
-// that only sends a request to the server writes it in write(); the session performs all other commands by functions of
-// their own (session_commands.cpp).
+// A command returns no result. Its effect appears in the next snapshot, or an event reports it (event.hpp).
+// * A command that only sends a request to the server has a function write(), which fills in the request.
+// * All other commands have a function of their own in the session (session_commands.cpp).
 #pragma once
 
 #include <cstdint>
@@ -55,7 +55,7 @@ struct RequestPose {
   wire::AskPose request;
   std::uint32_t tag = 0;  ///< tag of the event PoseAnswered that reports the result; 0: no event is emitted
 };
-/// Points at a position, which is then shown to the other users.
+/// Points at a position in the scene. The other users then see the position.
 struct Point {
   wire::Point place;
   void write(wire::ClientControl& request) const { *request.mutable_point() = place; }
@@ -65,8 +65,8 @@ struct Point {
 struct ChangeRoom {
   std::string room;
 };
-/// Changes the workspace mapping of the hand, for the present and later scenes. The force fades out while the tool
-/// stays in place; then the force is ramped up.
+/// Changes the scale and rotation of the hand's workspace mapping, for the present and later scenes. No force is
+/// displayed during the change: the force fades out while the tool stays in place, and is then ramped up again.
 struct SetWorkspace {
   WorkspaceSettings workspace;
 };
@@ -95,7 +95,7 @@ using Command = std::variant<ClientCommand, command::SetLinks>;
 /// Returns a request about the poses of the room's molecules.
 /// In      number  number of a stored pose, for GO_TO, DELETE and RENAME
 ///         name    for KEEP and RENAME
-///         tag     as in command::RequestPose
+///         tag     tag of the event that reports the result; 0: no event is emitted
 command::RequestPose pose_command(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = {},
                                   std::uint32_t tag = 0);
 

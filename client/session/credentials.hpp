@@ -1,4 +1,5 @@
-// Credentials of a session: the token of an invitation for the first join, and a key of the session for rejoining.
+// Credentials of a session: the token of an invitation for the first join, and a session key with which the client
+// rejoins.
 #pragma once
 
 #include <memory>
@@ -10,8 +11,8 @@
 
 namespace tandem::client {
 
-/// Stores the credentials and adds them to join messages. They are sent only over an encrypted connection, because an
-/// eavesdropper could use them.
+/// Stores the credentials of a session and adds them to join messages. Credentials are added only on an encrypted
+/// connection, because an eavesdropper could use them.
 ///
 /// Thread  io
 class Credentials {
@@ -23,7 +24,7 @@ class Credentials {
   Credentials& operator=(const Credentials&) = default;
 
   void fill(wire::JoinRoom& join, ClientTransport& transport, ConnectionId connection);
-  /// Returns true once fill() has used the credentials on an encrypted connection.
+  /// Returns true once fill() has added credentials to a join message of an encrypted connection.
   bool are_requested() const { return resume_key_.has_value(); }
   /// Returns true if the token is valid for a single room.
   bool are_for_one_room() const { return are_for_one_room_; }
@@ -38,7 +39,7 @@ class Credentials {
  private:
   proto::Bytes token_;
   std::optional<secure::KeyPair> resume_key_;
-  /// Resume credential of the last join; it identifies the session and is useless without the key
+  /// Resume credential of the last join. It identifies the session to the server and is useless without resume_key_
   std::string credential_;
   /// Session key of the first device; set only in the credentials of a second device
   std::optional<secure::KeyPair> first_key_;

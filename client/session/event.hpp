@@ -1,5 +1,5 @@
-// Events of a client's session, one type per event, reported in the order of occurrence. The current state is no event;
-// the session provides it (ClientIoSnapshot for a live client).
+// Events of a client's session, one type per event, reported in the order of occurrence. The present state is not
+// reported by events. The session provides it by functions, and a live client by ClientIoSnapshot.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct StateChanged {
 struct Joined {
   std::shared_ptr<const wire::Joined> answer;
 };
-/// Some other user is in the room. After a join, this event is also emitted for each user who was already in the room.
+/// Another user is in the room. After the own join, the event is emitted for each user who was already in the room.
 struct UserJoined {
   wire::UserJoined user;
 };
@@ -46,12 +46,12 @@ struct ParameterSet {
 struct Refused {
   wire::Error error;
 };
-/// Result of the RequestPose command with this tag, emitted once. It is the server's answer, or an error if the
-/// connection ended before the answer.
+/// Result of the RequestPose command with this tag, emitted exactly once. `answer` is the server's answer, or an error
+/// if the connection ended before it.
 struct PoseAnswered {
   std::uint32_t tag = 0;
   wire::ServerControl answer;
-  wire::PoseProgress minimising;  ///< last progress of this user's own minimisations
+  wire::PoseProgress minimising;  ///< last progress of the minimisations that this user started
 };
 /// A change in the room, as text for the user.
 struct News {

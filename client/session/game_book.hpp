@@ -18,8 +18,8 @@ struct GameReport {
   wire::GameState state;
   std::vector<wire::GameEvent> events;  ///< the last kMaxGameEvents events, in order of occurrence
 
-  /// Returns the newest event and the events of the same game step before it, at most kMaxEventsTogether in total. The
-  /// window shows them together.
+  /// Returns the newest event and those events before it that are of the same game step; at most kMaxEventsTogether
+  /// events. The window shows these events together.
   std::span<const wire::GameEvent> last_events() const;
 };
 inline constexpr std::size_t kMaxEventsTogether = 4;
@@ -31,7 +31,7 @@ std::string text_of(const wire::GameEvent& event, const wire::Game& game);
 /// Returns the colour of an event's text: the colour given in the scene, or otherwise light grey.
 Vec3 color_of(const wire::GameEvent& event, const wire::Game& game);
 
-/// Stores the messages of a game. Messages that do not fit the scene are ignored.
+/// Stores the messages of a game. Messages that contradict the scene (e.g. an unknown goal) are ignored.
 ///
 /// Thread  io
 class GameBook {

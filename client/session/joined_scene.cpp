@@ -119,7 +119,8 @@ void JoinedScene::check_when_due(LocalTime now) {
   if (!watch_.is_due(now)) return;
   watch_.forget_changes();
   const HapticScene before = scene_;
-  // The displayed coupling changes only here, after a burst of changes has ended, and is checked at once.
+  // The displayed coupling changes only in this function: it runs after a burst of changes has ended, and checks the
+  // new coupling at once.
   scene_.coupling = received_;
   scene_.law = received_law_;
   // The join message is updated too, because a local model that is built later reads the coupling from the message.

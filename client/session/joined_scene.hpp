@@ -24,16 +24,16 @@ class JoinedScene {
       : watch_(std::move(device)), mailboxes_(mailboxes), log_(std::move(log)) {}
 
   /// Stores the scene of `answer` as a new generation; publish() passes it to the haptic thread.
-  /// Fails   returns the first unusable field and changes nothing
+  /// Fails   returns the first unusable field of the message and changes nothing; empty text if the scene was stored
   std::string accept(const wire::Joined& answer, wire::Role role, LocalTime now);
   void publish() { mailboxes_.scene.publish(scene_); }
-  /// Stops the haptic thread from driving the tool and from displaying the scene's force.
+  /// Makes the haptic thread display no force and no longer drive the tool.
   void hide();
 
   /// Stores the coupling bounds of a user who has joined the room. Invalid bounds are ignored.
   void meet(const wire::UserJoined& user);
-  /// Minimum time between the starts of two nudges of the hand, even if they come from different users. A nudge lasts
-  /// 0.75 s, so the hand is free of nudges for at least 85 % of the time.
+  /// Minimum time between the starts of two nudges of the hand, by any users. A nudge lasts 0.75 s, so the hand is free
+  /// of nudges for at least 85 % of the time.
   static constexpr Duration kNudgeEvery = std::chrono::seconds(5);
   /// Nudges the hand towards a position that another user points at. Does nothing if nudges are off, or if the last
   /// nudge was less than kNudgeEvery ago.
@@ -41,15 +41,15 @@ class JoinedScene {
   void set_nudges(bool has_nudges) { has_nudges_ = has_nudges; }
   /// Sets the common start time of the room's hands. Returns false and changes nothing if the message is invalid.
   bool set_start(const wire::RoomStart& start);
-  /// Sets the body that this user's tool holds according to the server. The coupling is then checked again, because its
-  /// stability depends on the held body.
+  /// Sets the body that this user's tool holds at the server. The coupling is then checked again, because its stability
+  /// depends on the mass of the held body.
   void hold(BodyId body, LocalTime now);
   /// Notes the pose of the tool relative to the held body.
   void note_grip(const proto::ServerUpdate& update, LocalTime now) {
     watch_.note_grip(update.held_body, update.X_BT.p, now);
   }
-  /// Sets the law or a coefficient. Returns false and changes nothing for an unknown name, for a value out of range, or
-  /// for a law that cannot replace the current law.
+  /// Sets the law or a coefficient. Returns false and changes nothing in these cases: the name is unknown, the value is
+  /// out of range, or the new law cannot replace the current law.
   bool set_parameter(const wire::ParameterSet& parameter, LocalTime now);
   /// Stores the state of the room's game. Publishes the gravity and the absent bodies. Returns false and changes
   /// nothing if the state does not fit the scene.
@@ -59,11 +59,11 @@ class JoinedScene {
   const GameBook& game() const { return game_; }
   /// Sets the user's scale and rotation of the scene's mapping.
   void set_workspace(const WorkspaceSettings& workspace);
-  /// Checks the coupling again once a burst of changes has ended.
+  /// Checks the coupling once a burst of changes has ended.
   void check_when_due(LocalTime now);
 
-  /// Returns the message of the last join; null before the first join. When a changed coupling has been checked, it is
-  /// copied to this message.
+  /// Returns the message of the last join; null before the first join. Later changes of the coupling are included once
+  /// they have been checked.
   const wire::Joined* joined() const { return joined_.get(); }
   /// Returns the name of a body for messages: its name in the scene, or "body" and the id if there is no name (e.g.
   /// "body 7").
@@ -87,7 +87,7 @@ class JoinedScene {
   GameBook game_;
   WorkspaceMapping received_workspace_;  ///< mapping received from the server
   WorkspaceSettings own_workspace_;
-  /// Coefficients received from the server; copied to scene_.coupling when they are checked
+  /// Coefficients received from the server. They are copied to scene_.coupling when they are checked
   haptics::CouplingParameters received_;
   std::size_t received_law_ = 0;  ///< law received from the server, as an index into coupling_laws()
   BodyId held_;

@@ -62,8 +62,8 @@ void PoseBook::await(std::uint32_t request, std::uint32_t tag) {
   tags_.insert_or_assign(request, tag);
 }
 
-/// Returns the event for the pose request that `message` answers. Message types that cannot answer a pose request are
-/// ignored, whatever their request number is.
+/// Returns the event for the pose request that `message` answers. A message of a type that cannot answer a pose request
+/// is ignored, even if its request number is that of a pose request.
 std::optional<event::PoseAnswered> PoseBook::answer(const wire::ServerControl& message) {
   const bool is_answer = message.has_kept_pose() || message.has_pose_taken() || message.has_pose_deleted() ||
                          message.has_pose_progress() || message.has_error();

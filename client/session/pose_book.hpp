@@ -30,8 +30,8 @@ class PoseBook {
   std::string receive(const wire::PoseDeleted& deleted);
   void receive(const wire::PoseProgress& progress, std::uint32_t own_user);
 
-  /// Notes a request as unanswered, by its number in the protocol. The event that reports its result will have the tag
-  /// `tag`.
+  /// Stores an unanswered request: its number `request` in the protocol, and the tag `tag` for the event that will
+  /// report the result.
   void await(std::uint32_t request, std::uint32_t tag);
   /// Returns the event for the pose request that `message` answers; nothing if it answers no pose request.
   std::optional<event::PoseAnswered> answer(const wire::ServerControl& message);
@@ -47,8 +47,8 @@ class PoseBook {
  private:
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_;
   std::optional<wire::PoseProgress> progress_;
-  wire::PoseProgress own_progress_;              ///< last progress of this user's minimisations
-  std::map<std::uint32_t, std::uint32_t> tags_;  ///< tags of unanswered requests by request number
+  wire::PoseProgress own_progress_;              ///< last progress of the minimisations that this user started
+  std::map<std::uint32_t, std::uint32_t> tags_;  ///< unanswered requests: request number → tag
 };
 
 }  // namespace tandem::client

@@ -35,8 +35,8 @@
 
 namespace tandem::client {
 
-/// Interface through which the session sends bytes. After close(), the transport must no longer call the session about
-/// the closed connection.
+/// Interface through which the session sends bytes. After close(), the transport must not call the session any more
+/// about the closed connection.
 class ClientTransport {
  public:
   virtual ~ClientTransport() = default;
@@ -55,8 +55,8 @@ class ClientTransport {
   /// Returns the number of control bytes that the connection has not accepted yet. State over TCP is sent only when
   /// this number is 0.
   virtual std::size_t queued_control_bytes() const = 0;
-  /// Returns the results so far for the addresses that connect() tries, as text for the user; empty for a single
-  /// address.
+  /// Returns the results so far of connecting to the server's addresses, as text for the user. Empty if the server has
+  /// only one address.
   virtual std::string connecting_to() const { return {}; }
   /// Closes the connection. Queued bytes are sent first, as far as that does not block.
   virtual void close() = 0;
@@ -83,10 +83,11 @@ struct SessionSettings {
   Duration silence_timeout{std::chrono::milliseconds(1500)};
   /// Maximum duration of each step of the set-up: connecting, greeting, joining
   Duration setup_timeout{std::chrono::seconds(5)};
-  /// Time without a new client update from the haptic thread after which the last one is sent again without a handle.
+  /// Time without a new client update from the haptic thread after which the last update is sent again, with its handle
+  /// marked invalid.
   Duration keep_alive{std::chrono::milliseconds(50)};
-  /// Time for which repeated updates contain the last buttons. After this time no button counts as pressed. So a short
-  /// stall of the haptic thread does not release a held body, but a failed haptic thread does.
+  /// Time for which repeated updates contain the last buttons. After this time, they contain no pressed button. So a
+  /// short stall of the haptic thread does not release a held body, but a failure of the haptic thread does.
   Duration buttons_kept{std::chrono::milliseconds(250)};
   /// Delay before the first attempt to reconnect; doubled after each attempt up to reconnect_delay_max
   Duration reconnect_delay{std::chrono::milliseconds(250)};
@@ -94,26 +95,26 @@ struct SessionSettings {
   bool may_reconnect = true;               ///< whether to reconnect if the connection is lost after a join
   std::vector<std::string> asset_kinds{};  ///< kinds of assets to fetch (proto/WIRE.md); others are not fetched
   bool wants_soft_shapes = false;          ///< whether to receive the shapes of soft bodies, for a window
-  /// Kinds of assets that are used for drawing only. The smallest "drawing" of each surface is fetched before all
-  /// asset_kinds, the other drawings after them.
+  /// Kinds of assets that are used only for drawing. Of each surface, the smallest asset of the kind "drawing" is
+  /// fetched first, before the asset_kinds. The remaining drawings are fetched after the asset_kinds.
   std::vector<std::string> drawn_asset_kinds{};
   /// True: a piece is requested only after the answer to the previous one; for comparisons in the lab
   bool fetches_one_at_a_time = false;
-  /// Local store that is queried for assets before the server, and that keeps fetched assets. Null: fetched assets are
+  /// Local store of assets. It is queried before the server, and receives each fetched asset. Null: fetched assets are
   /// discarded at the end of the session.
   std::shared_ptr<AssetStore> asset_store{};
-  /// Weber fraction of the deadband (common/net/deadband.hpp) in both directions: smaller changes are not sent at once.
-  /// 0: all changes are sent.
+  /// Weber fraction of the deadband (common/net/deadband.hpp), in both directions. Smaller relative changes of the
+  /// state are not sent at once. 0: all changes are sent.
   double deadband = 0;
   /// Scale and rotation that the user adds to the scene's workspace mapping.
   WorkspaceSettings workspace{};
   /// True: the hand is nudged towards a position that another user points at; false: the position is only shown
   bool has_nudges = true;
-  /// Upper bounds of the coupling for the user's device, in the device's newtons and metres. The server applies them to
-  /// this user's tool as well.
+  /// Upper bounds of the coupling for the user's device, in the device's newtons and metres. The server applies the
+  /// same bounds to this user's tool.
   haptics::CouplingParameters coupling_bounds = haptics::kNoCouplingBounds;
-  /// Device on which the scene's coupling must be stable (CouplingWatch). With an unstable coupling no force is
-  /// displayed, but the hand still drives its tool. Without a device there is no check.
+  /// Device on which the scene's coupling must be stable (CouplingWatch). If the coupling is unstable, no force is
+  /// displayed, but the hand still drives its tool. Empty: the coupling is not checked.
   std::optional<devices::DeviceProfile> device{};
 };
 
@@ -121,7 +122,7 @@ struct SessionCounters : proto::ChannelCounters {
   std::uint64_t bytes_sent = 0;
   std::uint64_t bytes_received = 0;
   std::uint64_t reconnects = 0;
-  std::uint64_t refused_settings = 0;  ///< parameters and laws that the server refused to set
+  std::uint64_t refused_settings = 0;  ///< number of refused requests to change a parameter or the law
 };
 
 using net::printable;
@@ -147,9 +148,9 @@ class ClientSession final : public TransportListener {
   /// Performs a command. Commands that need a request to the server are ignored unless the session is in a room.
   void send(const SessionCommand& command, LocalTime now);
   void leave(LocalTime now);
-  /// Ends the session because of an error in this program. The force then ends too.
+  /// Ends the session because of an error in this program. After this call, the scene's force is no longer displayed.
   void fail(const std::string& why);
-  /// Selects the kinds of assets to fetch. Afterwards asset_level() and on_assets refer to these kinds.
+  /// Selects the kinds of assets to fetch. From this call on, asset_level() and on_assets refer to these kinds.
   void set_asset_kinds(std::vector<std::string> kinds);
   /// Returns the availability of the assets; kNone outside a room.
   AssetLevel asset_level() const;
@@ -167,13 +168,13 @@ class ClientSession final : public TransportListener {
   const CouplingCheck& coupling_check() const;
   /// Returns true if the session is in a room and has received a state update since the last join.
   bool has_state() const;
-  /// Returns the name of the requested room. If no room was requested, this is the only room of the last Welcome
-  /// message, or "" before it.
+  /// Returns the name of the requested room. If no room was requested, returns the only room of the last Welcome
+  /// message, or "" before this message.
   const std::string& room() const;
   /// Returns the rooms in the last Welcome message.
   const std::vector<std::string>& rooms() const;
-  /// Returns the shapes of the scene's soft bodies, as last received: offsets of the nodes of proto::soft_lattice(). An
-  /// entry is null if no shape of that body was received.
+  /// Returns the shapes of the scene's soft bodies, as last received: for each body, the offsets of its nodes from
+  /// proto::soft_lattice(). Null for a body whose shape has not been received.
   const std::vector<std::shared_ptr<const std::vector<Vec3>>>& soft_offsets() const;
   /// Returns true if a position that another user points at nudges the hand.
   bool has_nudges() const;
@@ -185,7 +186,7 @@ class ClientSession final : public TransportListener {
   /// Returns the validated poses of the room's two molecules, in ascending order of their numbers; null if none were
   /// received.
   const std::shared_ptr<const std::vector<wire::KeptPose>>& kept_poses() const;
-  /// Returns when this user's simulated or recorded hand starts, in the scene of the last join.
+  /// Returns the time at which this user's simulated or recorded hand starts, in the scene of the last join.
   const HandStart& hand_start() const;
   /// Returns the progress of the running energy minimisation in the room; empty if none is running.
   const std::optional<wire::PoseProgress>& pose_progress() const;
@@ -194,17 +195,18 @@ class ClientSession final : public TransportListener {
   std::shared_ptr<const Credentials> credentials_beside() const;
   /// Returns the other users in the room.
   const std::vector<wire::UserJoined>& users() const;
-  /// Returns the verified bytes of the scene's assets, indexed by their SHA-256. Complete and partial assets are kept
-  /// after a reconnect. Assets are fetched in the background, at a rate that does not delay state updates
-  /// (common/net/fetch_rate.hpp). Coarse replacements of large assets are fetched first (AssetInfo.coarse_of).
+  /// Returns the verified bytes of the scene's assets, indexed by their SHA-256. Assets are fetched in the background,
+  /// at a rate that does not delay state updates (common/net/fetch_rate.hpp). Coarse replacements of large assets are
+  /// fetched first (AssetInfo.coarse_of). After a reconnect, all received assets are kept, even if they are not
+  /// complete.
   const AssetMap& assets() const;
   net::ClockSync& clock_sync();
   const SessionCounters& counters() const;
-  /// Called with each event. This callback and those below are called on the io thread, from inside the functions
+  /// Called with each event. This callback and the two below are called on the io thread from inside the functions
   /// above. They must not call functions of this session.
   std::function<void(const Event&)> on_event;
-  /// Returns why a valid scene cannot be displayed; empty if it can. With such a reason, the session ends with a set-up
-  /// error.
+  /// Returns the reason why a valid scene cannot be displayed, or an empty text if it can. With a reason, the session
+  /// ends with a set-up error.
   std::function<std::string(const wire::Joined&)> find_scene_problem;
   /// Called when asset_level() has risen, which happens once or twice for each join.
   std::function<void()> on_assets;

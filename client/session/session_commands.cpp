@@ -1,4 +1,5 @@
-// Performs the commands that do more than send a request (command.hpp). Each sends at most one request to the server.
+// Performs those commands that need more than a request to the server (command.hpp). Each of these functions sends at
+// most one request.
 #include <utility>
 
 #include "client/session/session_impl.hpp"
@@ -34,7 +35,8 @@ void ClientSession::Impl::perform(const command::SetLaw& command, LocalTime /*no
   set(parameter);
 }
 
-/// Requests a change of a parameter. The number of the request is stored, so that a refusal of it can be counted.
+/// Requests a change of a parameter or of the law. The number of the request is stored, so that a refusal of this
+/// request can be recognised and counted.
 void ClientSession::Impl::set(const wire::SetParameter& parameter) {
   request([&](wire::ClientControl& message) {
     *message.mutable_set_parameter() = parameter;
@@ -47,8 +49,8 @@ void ClientSession::Impl::perform(const command::RequestPose& command, LocalTime
   const bool is_active = status.state == SessionState::kActive;
   request([&](wire::ClientControl& message) { *message.mutable_ask_pose() = command.request; });
   if (command.tag == 0) return;
-  // If the session is not in a room, no request was sent, and last_request is the number of an earlier request. The
-  // pose request is then refused below.
+  // Outside a room no request was sent, and last_request is the number of an earlier request. The pose request is noted
+  // under that number and refused immediately below.
   poses.await(last_request, command.tag);
   if (!is_active) refuse_poses(status.why);
 }

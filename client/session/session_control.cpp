@@ -10,8 +10,8 @@
 namespace tandem::client {
 namespace {
 
-/// Returns true for refusals after which a retry may succeed, because the previous connection of this user may still
-/// occupy a seat.
+/// Returns true for refusals after which a retry may succeed: the room or server is full, possibly because the user's
+/// previous connection still occupies a seat.
 bool may_pass(wire::ErrorCode code) {
   return code == wire::ERROR_ROOM_FULL || code == wire::ERROR_SERVER_FULL;
 }
@@ -156,7 +156,7 @@ void ClientSession::Impl::receive_start(const wire::RoomStart& start) {
 }
 
 void ClientSession::Impl::receive_parameter(const wire::ParameterSet& parameter, LocalTime now) {
-  // A changed parameter of the game takes effect with the next received state of the game.
+  // A changed parameter of the game needs no further action: it takes effect with the next received state of the game.
   if (parameter.name().starts_with("game.")) return emit(event::ParameterSet{parameter});
   const haptics::CouplingLawInfo& before = scene.law();
   if (!scene.set_parameter(parameter, now)) return;

@@ -1,6 +1,6 @@
 // Private to this folder: the implementation of ClientSession. Its functions are defined in three source files:
-//   session.cpp          the connection: connecting, loss, time-outs, state in both directions
-//   session_control.cpp  the server's control messages
+//   session.cpp          connection: connecting, loss, time-outs, and state updates in both directions
+//   session_control.cpp  handling of the server's control messages
 //   session_commands.cpp commands of the user: requests to the server
 #pragma once
 
@@ -110,12 +110,12 @@ struct ClientSession::Impl {
   Duration retry_delay;
   proto::FrameReader reader;
   std::uint32_t last_request = 0;
-  std::deque<std::uint32_t> settings_requested;  ///< numbers of the last kRemembered requests to set a parameter
+  std::deque<std::uint32_t> settings_requested;  ///< numbers of the last kRemembered requests to change a parameter
   static constexpr std::size_t kRemembered = 64;
 
   std::string room;
   std::vector<std::string> rooms;
-  std::optional<std::string> room_left;  // previous room, to which the session returns if the new room refuses the user
+  std::optional<std::string> room_left;  // previous room; the session returns to it if the new room refuses the user
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;
   AssetPlan assets;
   std::vector<wire::UserJoined> users;

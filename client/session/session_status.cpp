@@ -36,7 +36,8 @@ std::string line_of(const event::News& event) {
 std::string line_of(const event::Log& event) {
   return event.text;
 }
-/// Returns an empty text: the session reports each of these events by a second event, News or Log, which has a text.
+/// Returns an empty text for all other events. The session emits a second event for each of them (News or Log), and
+/// that event has the text.
 template <class Other>
 std::string line_of(const Other& /*event*/) {
   return {};

@@ -45,7 +45,7 @@ proto::DropReason StateStream::receive(std::span<const std::byte> datagram, Loca
   const auto read = [this](std::span<const std::byte> payload, proto::ServerUpdate& out) {
     const proto::DropReason reason = proto::parse_server_update(payload, out);
     if (reason != proto::DropReason::kNone) return reason;
-    // Repeated states are dropped, so that a server that only repeats its last state counts as silent.
+    // Drops repeated states. So a server that only repeats its last state counts as silent.
     const bool goes_on = out.step > newest_step_ && out.stepped > newest_stepped_;
     return goes_on ? proto::DropReason::kNone : proto::DropReason::kDuplicate;
   };
@@ -89,8 +89,8 @@ void StateStream::send_newest(const haptics::CouplingParameters& coupling, bool 
     };
     if (channel_->admits(now, !is_urgent(), changed)) send(newest_, is_blocked, now, deliver);
   } else if (now - channel_->last_sent() >= settings_.keep_alive) {
-    // The last update is sent again, so that during a short stall the server neither releases the held body nor misses
-    // the energy sums. The handle is marked invalid, because its current pose is not known.
+    // Sends the last update again during a stall of the haptic thread. So in a short stall the server does not release
+    // the held body, and receives the energy sums. The handle is marked invalid, because its current pose is not known.
     proto::ClientUpdate alive = newest_;
     alive.handle_valid = false;
     if (now - newest_taken_ > settings_.buttons_kept) alive.buttons = 0;
@@ -98,8 +98,8 @@ void StateStream::send_newest(const haptics::CouplingParameters& coupling, bool 
   }
 }
 
-// Returns true if the update must be sent. The deadband does not suppress waves, because they are running integrals
-// that the receiver smooths as they arrive.
+// Returns true if the update must be sent. An update with a wave is sent even if the change is within the deadband: a
+// wave is a running integral, and the receiver smooths the integrals in the order of arrival.
 bool StateStream::has_changed(const net::Deadband& deadband, Duration since,
                               const haptics::CouplingParameters& coupling) const {
   if (!has_received() || newest_.mode == proto::ClientMode::kWave || is_urgent()) return true;

@@ -24,18 +24,18 @@ class StateStream {
   /// client update of the haptic thread.
   /// In      secret  key material for the encryption of datagrams; without it they are not encrypted
   void begin(ConnectionId connection, std::uint8_t epoch, const std::optional<secure::Exported>& secret, LocalTime now);
-  /// Ends the stream. No more datagrams are sent, and later received ones are dropped as those of an unknown
+  /// Ends the stream. After this call no datagrams are sent, and received datagrams are dropped as those of an unknown
   /// connection.
   void end() { channel_.reset(); }
 
-  /// Publishes the server update in the datagram to the haptic thread, or returns why the datagram was dropped. If the
-  /// datagram is a path challenge of the server, sends the answer.
+  /// Publishes the server update in the datagram to the haptic thread, or returns the reason why the datagram was
+  /// dropped. A path challenge of the server (a check of this client's address) is answered by a datagram.
   proto::DropReason receive(std::span<const std::byte> datagram, LocalTime now, const Deliver& answer);
   /// Sends a new client update, unless the deadband or the rate limit suppresses it. If there is no new update for
   /// `keep_alive`, sends the last one again.
   ///
-  /// In      coupling    current coefficients, which convert pose differences to forces for the deadband
-  ///         is_blocked  true if state is sent over TCP and the connection has not accepted all earlier bytes
+  /// In      coupling    current coefficients; the deadband uses them to convert differences of pose to forces
+  ///         is_blocked  true: state is sent over TCP, and the connection has not accepted all earlier bytes
   void send_newest(const haptics::CouplingParameters& coupling, bool is_blocked, LocalTime now, const Deliver& deliver);
 
   /// Returns true if an update was received since begin().

@@ -73,8 +73,8 @@ struct SignalConnection::Impl {
   asio::steady_timer stop_timer{io};
   mutable std::mutex mutex;  ///< protects `published` and `posted`
   SignalConnectionStatus published;
-  std::size_t posted = 0;  ///< values that the io thread has not received yet
-  std::thread thread;      ///< last member, because the thread uses all of the above
+  std::size_t posted = 0;  ///< number of values that send() has queued and the io thread has not received yet
+  std::thread thread;      ///< last member, because the thread uses all members above
 };
 
 SignalConnection::SignalConnection(SignalConnectionSettings settings)

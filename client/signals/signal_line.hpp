@@ -14,7 +14,9 @@ struct SignalLine {
   Duration age{};
 };
 
-/// Fails   std::invalid_argument: the text for the user, with the value and the remedy
+/// Parses a line.
+/// Fails   std::invalid_argument if the line is malformed or a value is out of range; the message for the user names
+///         the value and the remedy
 SignalLine parse_signal_line(const std::string& line);
 
 }  // namespace tandem::client

@@ -194,13 +194,14 @@ void SignalSession::ping(LocalTime now) {
   send(message);
 }
 
-/// Removes the values that were sent before an answered ping.
+/// Removes the values whose arrival the answer to `ping` confirms: those that were sent before this ping.
 void SignalSession::confirm(std::uint64_t ping) {
   if (ping > pings_) return;
   std::erase_if(unconfirmed_, [ping](const auto& sent) { return sent.second.second <= ping; });
 }
 
-/// Sends waiting values while the budget lasts and the connection accepts bytes, so that no old values queue.
+/// Sends waiting values, as long as the rate limit permits it and the connection accepts bytes at once. Values that
+/// must wait stay here, where newer values can replace them.
 void SignalSession::send_waiting(LocalTime now) {
   while (!waiting_.empty() && transport_.queued_control_bytes() == 0 && budget_.try_consume(1, now)) {
     const auto next = waiting_.begin();

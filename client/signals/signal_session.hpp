@@ -1,5 +1,5 @@
-// One connection of a source of signals to a room, without sockets, threads and clock. proto/WIRE.md ("Signals") defines
-// the messages. SignalConnection is the live counterpart.
+// Connection of a source of signals to a room, without sockets, threads and clock. proto/WIRE.md ("Signals") defines
+// the messages. A live source uses SignalConnection, which adds sockets, a thread and a clock.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@
 
 namespace tandem::client {
 
-/// A number by name, such as the valence of an electroencephalogram or a heart rate.
+/// A named number that a program measures, such as a heart rate or the valence of an electroencephalogram.
 struct Signal {
   std::string name;
   double value = 0;       ///< value in the unit of the signal, -1e6 … 1e6
@@ -39,10 +39,10 @@ struct SignalSessionSettings {
 };
 
 /// Sends the newest value of each signal:
-/// * A value that cannot be sent at once is replaced by a newer one of the same name. Its waiting time is added to its
-///   age.
+/// * A value that cannot be sent at once waits. A newer value of the same signal replaces it. The waiting time is added
+///   to the age of the value.
 /// * A lost connection is restored automatically. Values whose arrival is not confirmed are then sent again.
-/// * The answer to a ping confirms all values sent before the ping.
+/// * The answer to a ping confirms all values that were sent before the ping.
 ///
 /// Limits  kMaxNames names; at most kRate values are sent, below the limit of the server
 /// Thread  any, one at a time
@@ -62,7 +62,7 @@ class SignalSession final : public TransportListener {
   bool set(const Signal& signal);
   /// Sends waiting values, keeps the connection alive, and checks time-outs. Call it every few milliseconds.
   void poll(LocalTime now);
-  /// Pings as soon as all values are sent, so that their arrival is confirmed without the wait for the next regular ping.
+  /// Sends a ping as soon as all values are sent. So their arrival is confirmed earlier than by the next regular ping.
   void hasten_confirmation() { hastens_ = true; }
   void leave();
 
@@ -108,7 +108,7 @@ class SignalSession final : public TransportListener {
   bool has_joined_ = false;
   std::vector<std::string> names_;
   std::map<std::string, Signal> waiting_;
-  /// Sent values by name, with the number of the ping whose answer confirms each.
+  /// Last sent value of each name, with the number of the ping whose answer confirms its arrival.
   std::map<std::string, std::pair<Signal, std::uint64_t>> unconfirmed_;
   std::uint64_t pings_ = 0;
   bool hastens_ = false;

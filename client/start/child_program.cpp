@@ -17,7 +17,7 @@ namespace tandem::client {
 namespace {
 
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
-constexpr int kReadPeriod_ms = 50;  ///< period of checking whether the reader must end
+constexpr int kReadPeriod_ms = 50;  ///< period at which the reader checks whether it must end
 
 /// Replaces the child process by the program. Between fork and exec only async-signal-safe functions are called.
 [[noreturn]] void become(char* const* arguments, int output, int nothing, pid_t parent) {

@@ -14,18 +14,18 @@
 
 namespace tandem::client {
 
-/// Runs a program in a process group of its own. Ctrl-C then reaches only the parent, which ends the program in order.
-/// If the parent ends in any way, SIGKILL included, the kernel sends SIGTERM to the program.
+/// Runs a program in a process group of its own. So Ctrl-C reaches only the parent, which then ends the program in
+/// order. If the parent ends in any way, SIGKILL included, the kernel sends SIGTERM to the program.
 ///
-/// Thread  main, because the kernel sends that SIGTERM when the thread that started the process ends. A thread of this
-///         object reads the program's output, so that the pipe never fills
+/// Thread  main. The kernel sends SIGTERM when the thread that has started the process ends, so this thread must exist
+///         as long as the program. A thread of this object reads the program's output, so that the pipe never fills
 class ChildProgram {
  public:
-  static constexpr std::size_t kMaxLines = 256;  ///< number of stored output lines; beyond it the oldest are dropped
+  static constexpr std::size_t kMaxLines = 256;  ///< number of stored output lines; older ones are dropped
   static constexpr std::size_t kMaxLineBytes = 4096;
   static constexpr int kNotExecuted = 127;  ///< exit code of a program that could not be executed
 
-  /// Fails   std::system_error: no process or pipe can be made
+  /// Fails   std::system_error if no process or pipe can be created
   ChildProgram(const std::filesystem::path& program, const std::vector<std::string>& arguments);
   /// Calls stop(). Does not wait for the end of the output, because a process that the program has started may still
   /// hold the pipe open.
@@ -37,7 +37,7 @@ class ChildProgram {
   /// Returns the exit code, or 128 plus the number of the signal that ended the program. Valid when is_running() is
   /// false.
   int exit_code() const { return exit_code_; }
-  /// Returns whether the output has ended, so that the next take_lines() returns the last lines.
+  /// Returns true if the output has ended. The next take_lines() then returns the last lines.
   bool has_read_all() const { return has_read_all_; }
   /// Returns the lines of stdout and stderr since the last call.
   std::vector<std::string> take_lines();

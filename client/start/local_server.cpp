@@ -14,10 +14,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPartner = "ben";
-/// Maximum time from the end of the server to the end of its output, whose last lines contain the reason.
+/// Maximum time between the end of the server and the end of its output. The wait is needed because the last lines of
+/// the output contain the reason of the end.
 constexpr Duration kLastWords = std::chrono::seconds(1);
 
-/// Returns the message of a log line, without time and level ("23:45:07.887 info ...") or the program's name.
+/// Returns the message of a log line, without its prefix (time and level, as in "23:45:07.887 info ", or the program's
+/// name).
 std::string plain(const std::string& line) {
   for (const std::string before : {" info ", "tandem-server: "}) {
     const std::size_t at = line.find(before);
@@ -27,7 +29,7 @@ std::string plain(const std::string& line) {
 }
 
 /// Writes a file for the server to read.
-/// Fails   std::runtime_error: the message names the file
+/// Fails   std::runtime_error if the file cannot be written; the message names the file
 void write_text(const fs::path& file, const std::string& text) {
   std::ofstream out(file);
   out << text;
@@ -93,7 +95,8 @@ LocalServer::State LocalServer::poll() {
   if (partner_ != nullptr) partner_->take_lines();
   if (state_ == State::kPreparing && is_complete()) {
     start_partner();
-    // The partner must join first, so that it always gets the scene's first tool.
+    // If there is a simulated partner, the partner must join before this user, so that the partner always gets the
+    // scene's first tool.
     const bool is_awaited = partner_ != nullptr && !has_partner_joined_ && partner_->is_running();
     if (!is_awaited) state_ = State::kReady;
   }
@@ -101,13 +104,15 @@ LocalServer::State LocalServer::poll() {
   return state_;
 }
 
-/// Returns whether the server has printed everything that a session needs. It prints the invitations after its port.
+/// Returns true if the server has printed its address and all invitations that a session needs. The invitations follow
+/// the address.
 bool LocalServer::is_complete() const {
   const auto needed = static_cast<std::size_t>(choice_.is_hosted ? choice_.invited : 0);
   return !target_.address.empty() && (!choice_.is_hosted || target_.invitation) && invitations_.size() >= needed;
 }
 
-/// Sets the state and the reason of a server that has ended, once the last lines of its output have been read.
+/// Handles the end of the server: once the last lines of its output have been read, sets the state kFailed and the
+/// reason.
 void LocalServer::follow_end() {
   const LocalTime now = SteadyClock().now();
   if (!ended_at_) ended_at_ = now;

@@ -1,5 +1,5 @@
-// A tandem-server that the window starts for a choice on the start screen, with the simulated partner and the
-// invitations.
+// A tandem-server that the window starts for a choice on the start screen. The simulated partner and the invitations
+// belong to the server.
 #pragma once
 
 #include <filesystem>
@@ -38,8 +38,8 @@ class LocalServer {
 
   /// In      choice  problem_of(choice) must be empty; the kind must not be kJoin
   ///         beside  folder of tandem-server and tandem-client
-  /// Fails   std::system_error, std::runtime_error: a program is missing or cannot be started; no folder or file can be
-  ///         written
+  /// Fails   std::system_error or std::runtime_error if a program is missing or cannot be started, or if a folder or
+  ///         file cannot be written
   LocalServer(StartChoice choice, const std::filesystem::path& beside);
   /// Ends the partner and then the server, each within a second at most.
   ~LocalServer();
@@ -47,10 +47,10 @@ class LocalServer {
   LocalServer& operator=(const LocalServer&) = delete;
 
   /// Reads the lines that the server has printed. Starts the partner when the server listens.
-  /// Fails   as the constructor does, if the partner cannot be started
+  /// Fails   like the constructor, if the partner cannot be started
   State poll();
   State state() const { return state_; }
-  /// Returns the last line of the server: its progress while it prepares, or the reason if it failed.
+  /// Returns the last line that the server has printed: its progress while it prepares, or the reason if it failed.
   const std::string& news() const { return news_; }
   /// Returns the address and, for a hosted server, the invitation for this program. Valid when ready.
   const JoinTarget& target() const { return target_; }
@@ -67,7 +67,7 @@ class LocalServer {
 
   StartChoice choice_;
   std::filesystem::path beside_;
-  std::optional<TemporaryFolder> folder_;  ///< folder with the scene file of a mesh; none for other choices
+  std::optional<TemporaryFolder> folder_;  ///< folder for the scene file of a mesh; empty for other choices
   State state_ = State::kPreparing;
   std::string news_;
   JoinTarget target_;

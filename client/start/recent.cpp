@@ -35,8 +35,8 @@ void for_each_flag(Choice& choice, const Use& use) {
   use("is_hosted", choice.is_hosted);
 }
 
-/// Returns the choice with only the fields that its kind uses. Other fields may contain private paths of earlier
-/// choices.
+/// Returns a copy of the choice with only those fields that its kind uses. The remaining fields may contain private
+/// paths of earlier choices.
 StartChoice essence(const StartChoice& choice) {
   StartChoice stored{.kind = choice.kind};
   switch (choice.kind) {
@@ -160,7 +160,8 @@ void remember_choice(const std::filesystem::path& file, const StartChoice& choic
   choices.resize(std::min(choices.size(), kMaxRecent));
   json::array array;
   for (const StartChoice& each : choices) array.push_back(json_of(each));
-  // Entries with long paths may together exceed the limit at which the file is read. The oldest are then dropped.
+  // Entries with long paths may exceed together the size limit kMaxBytes for reading the file. In this case, the oldest
+  // entries are dropped.
   while (array.size() > 1 && json::serialize(array).size() >= kMaxBytes) array.pop_back();
   const std::string text = json::serialize(array) + "\n";
   replace_file(file, {std::as_bytes(std::span(text))}, 0600);

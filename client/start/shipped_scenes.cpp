@@ -6,7 +6,7 @@
 namespace tandem::client {
 namespace {
 
-// A test compares the names with server/scenes. It requires that every scene with a description is listed here.
+// A test requires that every scene in server/scenes with a description is listed here.
 constexpr std::array kScenes{
     ShippedScene{"crate", "A crate for two", "Lift a heavy crate together with Ben, a simulated partner.",
                  "paths/crate_partner.json"},

@@ -22,7 +22,8 @@ namespace json = boost::json;
 
 constexpr std::array<std::string_view, 8> kMeshEndings{".stl", ".obj", ".ply", ".off", ".gltf", ".glb", ".3ds", ".dae"};
 constexpr std::array<std::string_view, 6> kStructureEndings{".pdb", ".ent", ".cif", ".mmcif", ".pqr", ".pdbqt"};
-/// Formats that define the vertical axis. The server applies it.
+/// Mesh formats that define the vertical axis, so that the user need not choose it. The server applies the axis of the
+/// format.
 constexpr std::array<std::string_view, 3> kOrientedEndings{".gltf", ".glb", ".dae"};
 constexpr double kToolAbove_m = 0.02;
 
@@ -71,7 +72,8 @@ fs::path path_of(std::string_view text) {
   return plain;
 }
 
-/// Returns the file in "FILE:CHAINS": the text before the last colon, or the whole text if it names an existing file.
+/// Returns the file in a text "FILE:CHAINS". If a file with the name of the whole text exists, this is the file;
+/// otherwise it is the text before the last colon.
 fs::path structure_file(const std::string& text) {
   const fs::path whole = path_of(text);
   std::error_code error;
@@ -240,7 +242,7 @@ std::vector<std::string> server_arguments(const StartChoice& choice, const fs::p
   }
   std::vector<std::string> how{"--insecure", "--bind", "127.0.0.1", "--port", "0"};
   if (choice.is_hosted) {
-    // One invitation more than requested: this program needs one as well to join its own server.
+    // One invitation more than requested is needed, because this program joins its own server by an invitation too.
     how = {"--bind", "0.0.0.0", "--port", std::to_string(choice.port), "--invite", std::to_string(choice.invited + 1)};
   }
   if (!partner_of(choice).empty()) how.insert(how.end(), {"--begin-with", "2", "--countdown", "2s"});
@@ -250,7 +252,8 @@ std::vector<std::string> server_arguments(const StartChoice& choice, const fs::p
 
 JoinTarget join_target(std::string_view pasted) {
   std::string text = trimmed(pasted);
-  // The text may be a line of the server or of a chat message, in which the invitation follows "--join".
+  // The pasted text may be a whole line, e.g. of the server's output or of a chat message. In such a line, the
+  // invitation follows "--join".
   if (const std::size_t option = text.rfind("--join "); option != std::string::npos)
     text = trimmed(text.substr(option + 7));
   if (text.empty()) throw std::invalid_argument("paste the invitation that the host has sent to you");

@@ -26,7 +26,7 @@ struct StartChoice {
   std::string address{};             ///< pasted invitation or address
   bool is_hosted = false;            ///< true: others may join by invitation; false: only this program
   int invited = 1;                   ///< number of invitations for others, 1 to 15
-  int port = 47800;                  ///< port of a hosted server, 0 to 65535; 0: any free one
+  int port = 47800;                  ///< port of a hosted server, 0 to 65535; 0: any free port
 
   bool operator==(const StartChoice&) const = default;
 };
@@ -40,12 +40,12 @@ bool is_utf8(std::string_view text);
 /// Returns a title for the user, e.g. "A crate for two" or "part.stl".
 std::string title_of(const StartChoice& choice);
 
-/// Returns the reason why the choice cannot be opened, with the remedy; empty if it can. Reasons: a file that is
-/// missing, unreadable or of an unsupported format, or a text that is no invitation.
+/// Returns the reason why the choice cannot be opened, with the remedy; empty if it can be opened. Possible reasons: a
+/// file is missing, unreadable or of an unsupported format, or the pasted text is no invitation.
 std::string problem_of(const StartChoice& choice);
 
 /// Returns `choice` with a file that the user has dropped or typed: a scene, a mesh, or the next of two structures.
-/// Out     nothing if no supported format has the file's extension
+/// Out     the changed choice; nothing if the file's extension is not that of a supported format
 std::optional<StartChoice> with_file(StartChoice choice, const std::filesystem::path& file);
 
 /// Returns the scene file for a mesh: the mesh, and a tool 2 cm above it.
@@ -54,13 +54,14 @@ std::string mesh_scene(const StartChoice& choice);
 /// Returns the hand path of the simulated partner in a shipped scene that is not hosted; empty: no partner.
 std::string_view partner_of(const StartChoice& choice);
 
-/// Returns the options of tandem-server for a choice. In a scene with a partner, the hands start together.
+/// Returns the options of tandem-server for a choice. In a scene with a simulated partner, one option makes the server
+/// start the hands of user and partner at a common time.
 /// In      scene_file  file with the text of mesh_scene(); used only for a mesh
 std::vector<std::string> server_arguments(const StartChoice& choice, const std::filesystem::path& scene_file);
 
 /// Server to join, from an invitation or an address that the user has pasted.
 struct JoinTarget {
-  std::optional<proto::Invitation> invitation;  ///< none: an address on this machine, without encryption
+  std::optional<proto::Invitation> invitation;  ///< empty: an address on this machine, joined without encryption
   std::string address;                          ///< address of the server, ADDRESS:PORT
 };
 /// Parses an invitation, a whole line that contains one, or an address of this machine.

@@ -70,7 +70,7 @@ void StartFlow::close(const std::string& problem) {
   recent_ = recent_choices(recent_file_);
   state_ = State::kChoosing;
   problem_ = problem;
-  // The invitation in this field cannot be used again.
+  // Clears the field with the invitation, because an invitation can be used only once.
   form_.address.clear();
 }
 

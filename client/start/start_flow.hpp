@@ -29,10 +29,10 @@ class StartFlow {
   const std::string& problem() const { return problem_; }
   /// Returns the progress of the server while it prepares.
   const std::string& progress() const;
-  /// Returns the title of the choice that is being opened.
+  /// Returns the title of the choice that is being opened or is in session.
   std::string title() const { return title_of(opened_); }
 
-  /// Opens a choice, unless problem_of() reports a problem. Its field is_hosted selects whether other users may join.
+  /// Opens a choice, unless problem_of() reports a problem. If StartChoice::is_hosted is true, other users may join.
   void open(StartChoice choice);
   /// Enters a dropped file into the form. Opens it if it is a mesh, a scene, or the second of two structures.
   void drop(const std::filesystem::path& file);
@@ -53,12 +53,12 @@ class StartFlow {
  private:
   std::filesystem::path beside_, recent_file_;
   StartChoice form_;
-  StartChoice opened_;  ///< the choice that is being prepared, or that is in session
+  StartChoice opened_;  ///< choice for which a server is being prepared, or that is in session
   std::vector<StartChoice> recent_;
   State state_ = State::kChoosing;
   std::string problem_;
   JoinTarget target_;
-  std::unique_ptr<LocalServer> server_;  ///< local server; null if none is needed or nothing is open
+  std::unique_ptr<LocalServer> server_;  ///< server of the open choice; null if none is needed or nothing is open
 };
 
 }  // namespace tandem::client

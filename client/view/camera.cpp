@@ -10,16 +10,16 @@ namespace {
 constexpr double kSteepest_rad = 1.55;
 constexpr double kNearest_m = 0.005;
 constexpr double kFarthest_m = 1000;
-/// Orbit angle for a mouse motion over the whole height of the window.
+/// Orbit angle for a motion of the mouse over the whole height of the window.
 constexpr double kTurn_rad = std::numbers::pi;
 constexpr double kZoomStep = 1.15;
-/// Speeds at full deflection of a 3D mouse's cap. Pan and orbit speeds are in fractions of the window's height per
-/// second. kSteerZoom converts a distance in these fractions to zoom steps.
+/// Speeds at full deflection of a 3D mouse's cap: pan and orbit, in fractions of the window's height per second.
+/// kSteerZoom is the number of zoom steps for a distance of one window height.
 constexpr double kSteerPan_per_s = 0.7;
 constexpr double kSteerOrbit_per_s = 0.35;
 constexpr double kSteerZoom = 9;
 
-/// Returns the view matrix, whose first three rows are the directions right, up and back.
+/// Returns the view matrix of a camera at `eye`. Its first three rows are the directions right, up and back.
 Mat4f view_of(const Vec3& right, const Vec3& up, const Vec3& back, const Vec3& eye) {
   Eigen::Matrix4d view = Eigen::Matrix4d::Identity();
   view.block<1, 3>(0, 0) = right.transpose();

@@ -23,14 +23,14 @@ class Camera {
   void pan(double right, double down);
   /// Moves the camera towards the focus for positive steps, and away from it for negative steps.
   void zoom(double steps);
-  /// Moves the view as if the cap of a 3D mouse were attached to the scene. The speed is proportional to the cap's
+  /// Moves the camera such that the scene seems to follow the cap of a 3D mouse. The speed is proportional to the cap's
   /// deflection.
   /// In      deflection  translation of the cap to the right, away from the user and up, each −1 to 1
   ///         turn        rotation of the cap about these three axes, each −1 to 1
   ///         seconds     time since the last call
   void steer(const Vec3& deflection, const Vec3& turn, double seconds);
 
-  /// Reserves the right part of the window for panels: the focus is centred in the left part.
+  /// Centres the focus in the left part of the window, because panels cover the right part.
   /// In      share  width of the left part, as a fraction of the window's width
   void leave_free(double share) { left_free_ = share; }
 

@@ -10,8 +10,8 @@ namespace {
 constexpr int kConeSides = 20;
 constexpr Rgba kWhite{1, 1, 1, 1};
 
-/// Appends the triangles between two circles around the z axis, which may differ in radius and height. A circle of
-/// radius 0 is the tip of a cone.
+/// Appends the lateral surface between two circles around the z axis, which may differ in radius and height. If a
+/// circle has the radius 0, the surface is a cone with its tip there.
 void append_band(geometry::TriangleMesh& mesh, double low_radius, double low_z, double high_radius, double high_z,
                  int sides) {
   const auto first = static_cast<int>(mesh.vertices.size());

@@ -10,7 +10,7 @@
 
 namespace tandem::client {
 
-using Rgba = std::array<float, 4>;  ///< sRGB colour and opacity, each 0 to 1
+using Rgba = std::array<float, 4>;  ///< red, green, blue (sRGB) and opacity, each 0 to 1
 
 /// One vertex of a triangle, in the layout that the shaders of renderer.cpp read.
 struct Vertex {
@@ -22,8 +22,8 @@ struct Vertex {
 /// Vertices of triangles: every three consecutive ones form a triangle, counter-clockwise when seen from outside.
 using DrawnMesh = std::vector<Vertex>;
 
-/// Appends a mesh with vertex normals. The second function first computes them with geometry::shaded(), which drops
-/// some triangles.
+/// Appends a mesh with vertex normals. If the mesh has no normals (second function), they are computed with
+/// geometry::shaded(), which drops some triangles.
 void append_mesh(DrawnMesh& out, const geometry::ShadedMesh& shaded, const Pose& X, const Rgba& color);
 void append_mesh(DrawnMesh& out, const geometry::TriangleMesh& mesh, const Pose& X, const Rgba& color);
 
@@ -36,7 +36,8 @@ void append_cone(DrawnMesh& out);
 /// Appends the lateral surface of a cylinder between two points.
 void append_stick(DrawnMesh& out, const Vec3& from, const Vec3& to, double radius_m, int sides, const Rgba& color);
 
-/// Returns a sphere of radius 1: an octahedron that is subdivided `halvings` times by halving its edges.
+/// Returns a sphere of radius 1. It is made from an octahedron by `halvings` subdivisions, each of which halves all
+/// edges.
 geometry::TriangleMesh halved_octahedron(int halvings);
 std::array<float, 3> floats_of(const Vec3& a);
 

@@ -15,12 +15,12 @@ namespace {
 
 /// Number of atoms above which balls have fewer triangles.
 constexpr std::size_t kFineAtoms = 1500;
-/// Number of atoms above which balls are octahedra with the normals of a ball, and sticks have few sides. Each is then
-/// only a few pixels wide.
+/// Number of atoms above which balls are octahedra with the normals of a sphere, and sticks have few sides. With so
+/// many atoms, a ball or stick is only a few pixels wide.
 constexpr std::size_t kCoarseAtoms = 20'000;
 constexpr int kSides = 20, kCoarseSides = 5;
-/// Number of atoms above which a ball represents several atoms, and there are no sticks. It limits the vertices of the
-/// largest molecule that a server may send to a quarter of a gigabyte.
+/// Number of atoms above which each ball represents several atoms, and no sticks are drawn. For the largest molecule
+/// that a server may send, this limits the vertices to a quarter of a gigabyte.
 constexpr std::size_t kMaxBalls = 250'000;
 
 /// Colours of the elements except carbon, which has the colour of its molecule.
@@ -73,8 +73,9 @@ struct ResidueKind {
   Rgba color;
 };
 
-/// Returns the kind of a residue by the first three letters of its name, because some force fields append the protonation
-/// state. Three-letter names of other protonation states, such as ASH for ASP, are listed too.
+/// Returns the kind of a residue, found by the first three letters of its name. Further letters are ignored, because
+/// some force fields append the protonation state. Three-letter names of protonation states, such as ASH for ASP, are
+/// listed too.
 const ResidueKind& residue_kind(std::string_view name) {
   static constexpr ResidueKind kAcidic{"acidic", {0.80F, 0.20F, 0.07F, 1}}, kBasic{"basic", {0.00F, 0.27F, 0.67F, 1}},
       kPolar{"polar", {0.27F, 0.67F, 0.60F, 1}}, kApolar{"apolar", {0.87F, 0.80F, 0.47F, 1}},
@@ -92,7 +93,7 @@ const ResidueKind& residue_kind(std::string_view name) {
   return is_nucleotide ? kNucleotide : kOther;
 }
 
-/// Returns whether the molecule has the names by which it can be coloured.
+/// Returns true if the molecule has names of chains and residues, which two of the colourings need.
 bool has_names(const docking::Molecule& molecule) {
   return molecule.chains.size() == molecule.size() && molecule.residue_names.size() == molecule.size();
 }
@@ -100,8 +101,8 @@ bool has_names(const docking::Molecule& molecule) {
 constexpr double kBallAngstrom = 0.42;
 constexpr double kStickAngstrom = 0.18;
 constexpr double kMaxBondAngstrom = 2.6;
-/// Maximum number of atoms in a cube with the edge kMaxBondAngstrom, and of bonds of one atom. Both are above any
-/// chemical value, but a server may send more.
+/// Limits for molecules that are not chemically possible, because a server may send any: atoms in a cube with the edge
+/// kMaxBondAngstrom, and bonds of one atom. Real molecules are far below both.
 constexpr std::size_t kMaxAtomsInCell = 32, kMaxBonds = 16;
 
 int halvings_for(const docking::Molecule& molecule, int fine) {
@@ -123,8 +124,8 @@ void append_ball(DrawnMesh& out, const DrawnMesh& unit, const Vec3& centre_m, do
   }
 }
 
-/// Returns the bonded pairs of atoms. Atoms are sorted into cells of the longest bond length, so that the cost is
-/// linear.
+/// Returns the bonded pairs of atoms. So that the cost is linear, atoms are sorted into cells whose edge is the longest
+/// bond length, and only atoms of neighbouring cells are compared.
 std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecule& molecule,
                                                           const std::stop_token& stop) {
   using Cell = std::array<int, 3>;

@@ -53,21 +53,22 @@ Rgba chain_color(std::size_t chain);
 /// Returns the number of different chain names.
 std::size_t chain_count(const docking::Molecule& molecule);
 
-/// Appends a ball with the van der Waals radius for each atom. Above a quarter of a million atoms, a ball represents
+/// Appends a ball with the van der Waals radius for each atom. Above a quarter of a million atoms, each ball represents
 /// several consecutive atoms and has their total volume.
 /// In      colors  one for each atom
-///         stop    after a stop request nothing more is appended; the same holds for the functions below
+///         stop    once a stop is requested, nothing more is appended; the functions below have the same parameter
 void append_balls(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
                   std::span<const Rgba> colors, const std::stop_token& stop = {});
 
-/// Appends a small ball for each atom, and a stick in the colours of both atoms for each bond. Two atoms are bonded if
-/// their distance is below the sum of their covalent radii plus 0.4 Å. Above a quarter of a million atoms, the result
-/// is that of append_balls().
+/// Appends a small ball for each atom, and a stick for each bond. A stick has the colours of its two atoms. Two atoms
+/// are bonded if their distance is below the sum of their covalent radii plus 0.4 Å. Above a quarter of a million
+/// atoms, draws the molecule like append_balls().
 /// Source  radii: Cordero et al., Dalton Trans. 2832 (2008)
 void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
                    std::span<const Rgba> colors, const std::stop_token& stop = {});
 
-/// Returns the radius of the atom's element, which is found by name, otherwise by mass.
+/// Returns the van der Waals radius of an atom. The element is found by the atom's name, or by its mass if the name is
+/// unknown.
 double van_der_waals_radius_angstrom(const docking::Molecule& molecule, std::size_t atom);
 
 }  // namespace tandem::client

@@ -21,17 +21,18 @@ namespace tandem::client {
 namespace {
 
 /// Limits for static bodies in the initial view, as multiples of the radius of the ball around tools and moving bodies.
-/// A static body with a larger radius, or at a larger distance, does not widen the view: for example a table.
+/// A static body above one of the limits (for example a table) does not widen the view: kMaxStaticSize limits its
+/// radius, kMaxStaticDistance its distance.
 constexpr double kMaxStaticSize = 2.5;
 constexpr double kMaxStaticDistance = 5;
 constexpr double kDeskReach_m = 0.08;
 /// Factor by which the focus ball is enlarged as a margin.
 constexpr double kFocusMargin = 1.15;
 constexpr double kDefaultToolRadius_m = 0.005;
-/// Limit for soft bodies, because they are shaded again at each new deformation. A server sends about four thousand
-/// triangles at most.
+/// Maximum number of triangles of a soft body. It is low because normals are computed again at each deformation. A
+/// server sends at most about four thousand triangles.
 constexpr std::size_t kMaxSoftTriangles = 8'000;
-/// Limit for all meshes of a scene together, which are then 700 MB of vertices.
+/// Maximum number of triangles of all meshes of a scene together; their vertices need 700 MB.
 constexpr std::size_t kMaxSceneTriangles = 8'000'000;
 
 Rgba rgba_of(const google::protobuf::RepeatedField<double>& rgb, const Rgba& otherwise) {
@@ -120,8 +121,8 @@ class Builder {
     for (const std::array<int, 3>& face : proto::soft_lattice_faces()) body.soft.triangles.push_back(face);
   }
 
-  /// Determines the nearest lattice points of each vertex, by which a deformation moves the vertex. The position of a
-  /// lattice point is the weighted mean of its nodes.
+  /// Finds, for each vertex, the nearest points of the body's lattice and their weights. A deformation moves a vertex
+  /// by the weighted mean of the displacements of these points.
   static void set_soft_mesh(const geometry::TriangleMesh& mesh, DrawnBody& body) {
     body.soft = mesh;
     std::vector<Vec3> node_places;
@@ -177,7 +178,7 @@ class Builder {
     const double scale = scene_.molecular_field().metres_per_angstrom();
     const std::vector<Rgba> colors = atom_colors(*molecule, molecules_.colors, color, chains_);
     for (LegendEntry& entry : legend_of(*molecule, molecules_.colors, color, chains_)) {
-      if (entry.text == "C") entry.text += " of " + body.name;  // each molecule has a colour for its carbon
+      if (entry.text == "C") entry.text += " of " + body.name;  // carbon has a different colour in each molecule
       if (!in_legend_.emplace(entry.text, entry.color).second) continue;
       if (out_.legend.size() < DrawnScene::kMaxLegend) {
         out_.legend.push_back(std::move(entry));
@@ -204,7 +205,7 @@ class Builder {
     }
   }
 
-  /// Widens the focus ball until it contains the given ball.
+  /// Enlarges the focus ball until it contains the given ball.
   void hold(const Vec3& centre, double radius_m) {
     const Vec3 apart = centre - out_.focus_W;
     const double distance = apart.norm();
@@ -239,7 +240,7 @@ class Builder {
     out_.floor_z_m = lowest_z_m();
   }
 
-  /// Returns the smallest focus radius: the reach of a hand on a desk, scaled to the world.
+  /// Returns the smallest allowed focus radius: the reach of a hand on a desk, scaled to the world.
   double least_focus_radius_m() const {
     double scale = scene_.tools().empty() ? 1 : 0;
     for (const wire::Tool& tool : scene_.tools()) scale = std::max(scale, tool.workspace().position_scale());
@@ -273,7 +274,8 @@ class Builder {
   DrawnScene out_;
 };
 
-/// Returns the distance from `from` to the triangle as a multiple of `along`; infinity if the ray misses it.
+/// Returns the distance from `from` to the triangle along the ray, as a multiple of the length of `along`; infinity if
+/// the ray misses the triangle.
 double along_ray(const Vec3& from, const Vec3& along, const Vertex* corners) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   std::array<Vec3, 3> p;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr Duration kBetweenCounts = std::chrono::milliseconds(200);
 constexpr Duration kMemory = std::chrono::seconds(2);
-/// Maximum time between two frames for which the curves are continued. After a longer gap, no values are added for it.
+/// Maximum time between two frames over which the curves are continued. A longer gap adds no values.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(500);
 
 double in_ms(Duration duration) {

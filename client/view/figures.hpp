@@ -45,8 +45,8 @@ class Figures {
   void add(const TickRecord& record);
   /// Adds the newest view and the network counters of the session. Call once a frame.
   void add(const View* view, const ClientIoSnapshot& io, LocalTime now);
-  /// Updates the values below that describe two docked molecules, at most five times a second, if the scene has exactly
-  /// two molecules. Call once a frame.
+  /// If the scene has exactly two molecules, updates the values below that describe their docking, at most five times a
+  /// second. Call once a frame.
   void add_molecules(const DrawnScene& scene, const View* view, const ClientIoSnapshot& io, LocalTime now);
 
   Curve force_n, torque_n_m;          ///< largest displayed magnitude within each kStep

@@ -56,7 +56,7 @@ void set(ClientIo* client, const char* name, double value) {
   if (client != nullptr) client->send(SessionCommand(command::SetParameter{name, value}));
 }
 
-/// Draws a button for each level and for gravity, for users who may use them.
+/// Draws a button for each level and one for gravity, if this user may use them.
 void draw_choices(const PanelContent& content, const wire::Game& game) {
   for (int i = 0; i < game.levels_size(); ++i) {
     if (i % 4 != 0) ImGui::SameLine();
@@ -92,7 +92,7 @@ void draw_outlines(const std::vector<SolutionOutline>& outlines, float width) {
   ImGui::Dummy(ImVec2(width, static_cast<float>(scale * (high - low).y())));
 }
 
-/// Draws a button for each solution of the level, and the solution of the button that was pressed last.
+/// Draws a button for each solution of the level, and the solution whose button was pressed last.
 void draw_solutions(const wire::Level& level, std::uint32_t number) {
   const std::string id = "solution of level " + std::to_string(number);
   int& shown = *ImGui::GetStateStorage()->GetIntRef(ImGui::GetID(id.c_str()), 0);

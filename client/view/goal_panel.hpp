@@ -24,7 +24,8 @@ std::string time_text(double seconds);
 /// Returns the time left, or the time passed if there is no limit.
 std::string level_time_text(const wire::Game& game, const wire::GameState& state);
 
-/// Returns a line for each signal of the game: its state and value, or that the game runs without it.
+/// Returns one line of text for each signal of the game: its state and value, or a note that the game runs without this
+/// signal.
 std::vector<std::string> signal_rows(const wire::Game& game, const wire::GameState& state);
 
 /// A closed polygon of a solution, in the frame of the figure [m].
@@ -42,15 +43,17 @@ struct GoalOutline {
   std::vector<GoalGhost> ghosts;
 };
 
-/// Returns the lines and ghosts that show the open goals. A box is shown by its twelve edges, a sphere by three
-/// circles, a cylinder by its two ends and four edges. A figure lies on the xy plane of the world.
-/// In      pose_of  pose of the body with this index
+/// Returns the lines and ghosts that show the open goals:
+/// * region: a box by its twelve edges, a sphere by three circles, a cylinder by its two ends and four edges
+/// * figure: lines in the xy plane of the world
+/// * target pose of a body: a ghost of the body
+/// In      pose_of  function that returns the pose of the body with this index
 GoalOutline outline_of(const wire::Scene& scene, const wire::GameState& state,
                        const std::function<Pose(std::size_t body)>& pose_of);
 
 /// Draws the panel in the current ImGui context, at the left edge. Draws nothing in a room without a game.
 ///
-/// In      top  upper edge [px]
+/// In      top  upper edge of the panel [px]
 /// Thread  the one that runs the window
 void draw_goals(const PanelContent& content, float top);
 

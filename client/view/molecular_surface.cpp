@@ -15,15 +15,16 @@ constexpr double kAtomsOnFinestGrid = 2000;
 constexpr double kCoarsening = 1.3;
 /// Smallest standard deviation of a Gaussian, in cells. A narrower Gaussian could be missed between the grid points.
 constexpr double kMinWidth = 0.8;
-/// Contributions of an atom to F below this fraction of the level F = 1 are neglected.
+/// Contributions of an atom to F are neglected where they are below this fraction of 1 (the surface is at F = 1).
 constexpr double kNegligible = 0.01;
-/// Smallest distance of a vertex from the faces of its cell, as a fraction of the cell, so that no two vertices
-/// coincide.
+/// Smallest distance of a vertex from the faces of its cell, as a fraction of the cell's edge. It keeps the vertices of
+/// neighbouring cells apart.
 constexpr double kFaceMargin = 0.02;
 constexpr int kNewtonSteps = 3;
 
 constexpr int kBlockCells = 8;
-/// Number of grid points of a block along each axis: one per cell, plus one before and one after them.
+/// Number of grid points of a block along each axis: one for each cell, one before the first cell and one after the
+/// last.
 constexpr int kPoints = kBlockCells + 2;
 constexpr int kCells = kPoints - 1;
 
@@ -72,9 +73,11 @@ Index3 next(Index3 at, int axis, int steps = 1) {
   return at;
 }
 
-/// Values of F on one block of the grid, and the triangles of its grid edges. Blocks share points at their borders. The
-/// value at a shared point is bit-identical in all its blocks: each adds the same atoms in the same order, at
-/// coordinates that are computed in the same way. Therefore the surface has no gaps between blocks.
+/// Values of F on one block of the grid, and the triangles that belong to its grid edges.
+///
+/// Neighbouring blocks share grid points at their borders. There must be no gaps between blocks, so the value at a
+/// shared point is bit-identical in all of them. For this, each block adds the same atoms in the same order, at
+/// coordinates that are computed in the same way.
 class Block {
  public:
   Block(double grid, double scale) : grid_(grid), scale_(scale) {}
@@ -122,7 +125,8 @@ void Block::fill(const Index3& block, const std::vector<Blob>& blobs, const std:
   for (const std::uint32_t atom : atoms) add(blobs[atom]);
 }
 
-/// Adds a Gaussian to the grid. It is a product of one factor for each axis, which saves exponentials.
+/// Adds the Gaussian of an atom to the values of the grid. The Gaussian is a product of one factor for each axis, so
+/// few exponentials must be computed.
 void Block::add(const Blob& blob) {
   std::array<std::array<double, kPoints>, 3> factors{};
   Index3 first{}, last{};
@@ -148,7 +152,7 @@ void Block::add(const Blob& blob) {
   }
 }
 
-/// Appends the faces of all grid edges that start at a point inside this block.
+/// Appends the triangles of all grid edges that start at a point of this block.
 void Block::append_to(DrawnMesh& out) {
   const auto is_inside_value = [](double value) { return value >= 1; };
   if (std::ranges::none_of(values_, is_inside_value) || std::ranges::all_of(values_, is_inside_value)) return;
@@ -199,8 +203,8 @@ Vec3 Block::mean_of_crossings(const Index3& cell) const {
   return sum / count;
 }
 
-/// Returns the vertex of a cell, which is computed at the first call. Newton's method is applied to log F, because it
-/// is quadratic near an isolated atom.
+/// Returns the vertex of a cell. It is computed at the first call, by Newton's method. The method is applied to log F
+/// instead of F, because log F is quadratic near an isolated atom.
 const Vertex& Block::vertex(const Index3& cell) {
   int& index = vertex_of_[place_of(kCells, cell)];
   if (index >= 0) return vertices_[static_cast<std::size_t>(index)];
@@ -232,8 +236,8 @@ double color_weight(double square) {
   return fourth * fourth;
 }
 
-/// Returns F, its gradient and the mixed colour at a point. All distances are computed first, in a loop that compilers
-/// can vectorise; the rest is computed for the few atoms that are near enough to contribute.
+/// Returns F, its gradient and the mixed colour at a point. First, all distances are computed in a loop that compilers
+/// can vectorise. Then only the few atoms near enough to contribute are evaluated.
 Sample Block::sample(const Vec3& at) const {
   const double x = at.x(), y = at.y(), z = at.z();
   for (std::size_t i = 0; i < squares_.size(); ++i) {
@@ -256,8 +260,8 @@ Sample Block::sample(const Vec3& at) const {
   return sum;
 }
 
-/// Returns for each block the atoms that contribute to it. The reach of an atom is extended by one cell, so that the
-/// neighbours of each reached point are included.
+/// Returns, for each block, the atoms that contribute to its values. Each atom is assumed to reach one cell further
+/// than it does, so that the neighbours of all reached grid points are included.
 std::map<Index3, std::vector<std::uint32_t>> blocks_of(const std::vector<Blob>& blobs, double grid,
                                                        const std::stop_token& stop) {
   std::map<Index3, std::vector<std::uint32_t>> blocks;
@@ -277,8 +281,8 @@ std::map<Index3, std::vector<std::uint32_t>> blocks_of(const std::vector<Blob>& 
   return blocks;
 }
 
-/// Appends the surface for one grid spacing. Returns false if it would have more than `max_triangles`, otherwise true.
-/// It ends early, and returns true, after a stop request.
+/// Appends the surface, computed with the given grid spacing. Returns false if it would have more than `max_triangles`.
+/// After a stop request, ends early and returns true.
 bool append_on_grid(DrawnMesh& out, const std::vector<Blob>& blobs, double grid, double scale,
                     std::size_t max_triangles, const std::stop_token& stop) {
   const std::size_t before = out.size();

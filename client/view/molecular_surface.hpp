@@ -12,15 +12,16 @@ namespace tandem::client {
 
 inline constexpr std::size_t kMaxSurfaceTriangles = 1'000'000;
 
-/// Appends a smooth closed surface around the atoms, approximately at their van der Waals radii. A vertex has the
-/// colour of the nearest atom, with distances relative to the atoms' radii. Between two atoms, colours are mixed.
+/// Appends a smooth closed surface around the atoms, approximately at their van der Waals radii. Each vertex has the
+/// colour of its nearest atom, where distances are relative to the atoms' radii. Between two atoms, the colours are
+/// mixed.
 ///
-/// Model    Surface: F(x) = Σ exp(B (1 − |x − c|²/r²)) = 1, summed over atoms with centre c and radius r. For an isolated
-///          atom it is a sphere. B = 1.2; it is smaller for atoms narrower than a grid cell, so that neighbouring atoms
-///          merge on a coarse grid.
-///          Triangles (surface nets): each cell of the grid that the surface crosses has one vertex. The vertex starts at
-///          the mean of the points where the surface crosses the cell's edges. Newton's method then moves it within the
-///          cell onto F = 1. The four cells around a crossed edge give two triangles. Normals are −∇F.
+/// Model    Surface: F(x) = Σ exp(B (1 − |x − c|²/r²)) = 1, summed over atoms with centre c and radius r. For an
+///          isolated atom it is a sphere. B = 1.2; B is smaller for atoms narrower than a grid cell, so that
+///          neighbouring atoms merge on a coarse grid.
+///          Triangles (surface nets): each cell of the grid that the surface crosses has one vertex. The vertex starts
+///          at the mean of the points where the surface crosses the cell's edges. Newton's method then moves it within
+///          the cell onto F = 1. The four cells around a crossed edge give two triangles. Normals are −∇F.
 /// Source   F: manual of SurfaceDiver, "Molecular surface representation", with B = ln 2; the larger B here follows the
 ///          atoms more closely. Surface nets: Lysenko, "Smooth voxel terrain (part 2)", 2012; Newton's method is an
 ///          addition

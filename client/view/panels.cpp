@@ -48,7 +48,8 @@ void tip(const char* text) {
   ImGui::EndTooltip();
 }
 
-/// Draws a sentence in an area of at least two lines, so that a change from one line to two moves no control below it.
+/// Draws a sentence in an area of at least two lines. So a change between one and two lines moves no control below the
+/// sentence.
 void sentence_in_place(const std::string& text) {
   const float top = ImGui::GetCursorPosY();
   draw_explanation(text.c_str());
@@ -187,7 +188,7 @@ void closed_choice(const char* label, const std::string& now, const std::string&
   draw_explanation(why.c_str());
 }
 
-/// Draws the coupling law of the room, which its operator can change.
+/// Draws the coupling law of the room. Only the operator of the room can change it.
 void draw_law(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
   const wire::Coupling& of_scene = io.joined->scene().coupling();
@@ -212,7 +213,7 @@ void draw_law(const PanelContent& content) {
   }
 }
 
-/// Draws a selection list of the stages. A stage is a method by which the scene is rendered to the hand.
+/// Draws a selection list of the stages, the methods by which the scene is rendered to the hand.
 void draw_stage(const PanelContent& content) {
   heading("Stage");
   StageSettings wanted = content.io->rendering.stage;
@@ -302,8 +303,8 @@ void choose(const char* label, const std::array<const char*, kCount>& all, Numbe
   if (!choice.empty()) number = static_cast<Number>(std::ranges::find(names, choice) - names.begin());
 }
 
-/// Draws the settings of the user's hand. The workspace mapping is set when a slider is released, because each change
-/// fades the force out and in again.
+/// Draws the settings of the user's hand. A changed workspace mapping is sent only when a slider is released, because
+/// each change of the mapping fades the force out and in again.
 void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
   auto scale = static_cast<float>(workspace.scale);
   auto turn_deg = static_cast<float>(workspace.turn_rad * 180 / std::numbers::pi);
@@ -312,7 +313,7 @@ void draw_workspace(const PanelContent& content, WorkspaceSettings& workspace) {
   ImGui::SliderFloat("reach", &scale, 0.1F, 10, "%.2f", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
   bool is_set = ImGui::IsItemDeactivatedAfterEdit();
   workspace.scale = scale;
-  // A hand moved by the mouse moves in directions of the picture, so the user does not need to rotate its workspace.
+  // A hand that the mouse moves follows directions of the picture, so its workspace need not be rotated.
   if (!content.is_mouse) {
     ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.2F);
     ImGui::SliderFloat("turn", &turn_deg, -180, 180, "%.0f°", ImGuiSliderFlags_AlwaysClamp);

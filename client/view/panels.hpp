@@ -22,11 +22,11 @@ struct WindowSwitches {
   bool shows_ghosts = false;
   bool shows_contacts = true;
   bool follows_tool = false;
-  bool cuts = false;       ///< true: hides all objects that are nearer than a plane
-  double cut_share = 0.5;  ///< position of the plane: 0 in front of the focus ball, 1 behind it
+  bool cuts = false;       ///< true: objects that are nearer than the cutting plane are hidden
+  double cut_share = 0.5;  ///< position of the cutting plane: 0 in front of the focus ball, 1 behind it
   MoleculeStyle molecules{};
   GuideProgress guide{};
-  bool has_sound = true;  ///< true: short sounds at contact, with the device "mouse"
+  bool has_sound = true;  ///< true: short sounds are played at contact; only with the device "mouse"
   /// Whether each section of the panels is open: session, network, touch, stage, view, molecules, hand, details.
   std::array<bool, 8> is_open{true, true, true, true, true, true, false, false};
   std::array<char, 65> pose_name{};      ///< input field for the name of a pose to be saved; not stored
@@ -44,11 +44,11 @@ struct PanelContent {
   std::string notice{};                                                     ///< text for the top of the window
   bool is_mouse = false;
   double camera_turn_rad = 0;        ///< azimuth of the camera (Camera::turn_rad())
-  bool is_making_molecules = false;  ///< true: molecules in another style are being made
+  bool is_making_molecules = false;  ///< true: the meshes of molecules in a new style are being made
   bool is_recording = false;
   const std::string* recording_state = nullptr;   ///< state of the recording, as text
   const std::string* recording_folder = nullptr;  ///< folder for the next recording
-  bool* is_record_pressed = nullptr;              ///< set to true when the button is pressed
+  bool* is_record_pressed = nullptr;              ///< output: set to true when the button for recordings is pressed
   MoleculeContent molecules{};
 };
 

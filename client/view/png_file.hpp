@@ -10,7 +10,7 @@
 namespace tandem::client {
 
 /// In      rgb  width · height · 3 bytes, rows from top to bottom
-/// Fails   std::runtime_error, with the name of the file
+/// Fails   std::runtime_error if the file cannot be written; the message names the file
 void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgb, int width, int height);
 
 struct Pixels {

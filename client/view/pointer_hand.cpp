@@ -9,10 +9,10 @@
 namespace tandem::client {
 namespace {
 
-/// Sine of the camera's elevation above which it counts as looking from above.
+/// Sine of the camera's elevation above which the camera counts as looking from above.
 constexpr double kAbove = 0.85;
-/// Lower limit of the visible length of an axis in the picture, as a fraction of its true length. It limits the speed
-/// of the hand along an axis that is nearly parallel to the line of sight.
+/// Lower limit of the ratio of an axis's visible length in the picture to its true length. It limits the speed of the
+/// hand along an axis that is nearly parallel to the line of sight.
 constexpr double kMinSeen = 0.35;
 
 bool is_from_above(const Camera& camera) {
@@ -51,8 +51,8 @@ void PointerHand::press(std::uint32_t button, bool is_down) {
   target_.buttons = is_down ? target_.buttons | button : target_.buttons & ~button;
 }
 
-// A body that the scene attaches to the hand from the start is held without a pressed button. To release it, the button
-// is pressed, and released after kPress.
+// If the hand holds a body although the button is not pressed, the scene has attached the body at the start. To release
+// it, the button is pressed now, and released after kPress.
 void PointerHand::toggle_grab(bool is_holding, LocalTime now) {
   const bool is_down = (target_.buttons & kButtonGrab) != 0;
   missed_at_.reset();

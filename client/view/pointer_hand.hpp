@@ -15,9 +15,9 @@ namespace tandem::client {
 /// Thread  the one that runs the window
 class PointerHand {
  public:
-  /// Largest distance between target and hand, in metres of the device. At this distance the spring of the simulated
-  /// arm exerts approximately the device's maximum force. A larger distance would only add a dead zone when the mouse
-  /// moves back.
+  /// Largest distance between target and hand, in metres of the device. At this distance, the spring of the simulated
+  /// arm exerts about the device's maximum force. With a larger distance the force would not increase, and the mouse
+  /// would have to move back by the excess before the force decreases (dead zone).
   static constexpr double kMaxStretch_m = 0.05;
   static constexpr double kMaxTwist_rad = 0.6;  ///< largest rotation between target and hand, for the same reason
 
@@ -33,11 +33,12 @@ class PointerHand {
   /// Moves the hand sideways, and horizontally away from or towards the camera. If the camera looks from above, the
   /// hand moves up and down instead of away and towards.
   void move_level(const Camera& camera, double right, double down);
-  /// Rotates the hand about the axes of the picture. The side of the hand that faces the camera moves to the right and
-  /// down; `roll_rad` is clockwise.
+  /// Rotates the hand about the axes of the picture. For positive angles, the side of the hand that faces the camera
+  /// moves to the right and down, and the roll is clockwise.
   void turn(const Camera& camera, double right_rad, double down_rad, double roll_rad);
   void press(std::uint32_t button, bool is_down);
-  /// Releases the held body if there is one; otherwise grabs a body within reach. A key with both functions calls it.
+  /// Function of the key that both grabs and releases: releases the held body; if there is none, grabs a body within
+  /// reach.
   void toggle_grab(bool is_holding, LocalTime now);
   /// Releases the button if a grab has not succeeded within kGrabPatience, so that the next press grabs again. Call
   /// once a frame.

@@ -19,13 +19,15 @@ struct DrawnThing {
   std::size_t mesh = 0;
   Pose X_W;
   Vec3 scale = Vec3::Ones();
-  Rgba tint{1, 1, 1, 1};  ///< factor for the mesh's colour; with an opacity below 1 there is no shadow
+  Rgba tint{1, 1, 1, 1};  ///< factor on the mesh's colour; an object with an opacity below 1 casts no shadow
   float glow = 0;         ///< 0: lit by the scene's lights, 1: shown in its own colour without lighting
   bool is_mark = false;   ///< true: drawn in front of all objects and without a shadow
 };
 
-/// kFull: multisampled edges and soft shadows. kFast, for rendering without a graphics card: one sample per pixel, a
-/// smaller shadow map that is sampled once, and a display gamma of 2 instead of 2.2, which needs no logarithm.
+/// Quality of the rendering.
+/// * kFull: multisampled edges and soft shadows.
+/// * kFast: for rendering without a graphics card. One sample per pixel, a smaller shadow map that is sampled once, and
+///   a display gamma of 2 instead of 2.2, which needs no logarithm.
 enum class RenderQuality : std::uint8_t { kFull, kFast };
 
 struct DrawnFrame {
@@ -42,7 +44,7 @@ struct DrawnFrame {
 /// Thread  the thread whose OpenGL context is current
 class Renderer {
  public:
-  /// Fails   std::runtime_error: the driver refuses a shader; the text contains the driver's message
+  /// Fails   std::runtime_error if the driver refuses a shader; the text contains the driver's message
   explicit Renderer(RenderQuality quality);
   ~Renderer();
   Renderer(const Renderer&) = delete;

@@ -20,7 +20,7 @@ enum class Fold : std::uint8_t { kCoil, kHelix, kStrand, kNucleic };
 
 /// One residue of a chain. Coordinates are in Å.
 struct Link {
-  std::size_t residue = 0;  ///< index in the molecule
+  std::size_t residue = 0;  ///< index of the residue in the molecule
   std::size_t atom = 0;     ///< index of the α carbon (proteins) or of C4' (nucleic acids)
   Vec3 place = Vec3::Zero();
   Vec3 across = Vec3::Zero();  ///< direction of the ribbon's width, perpendicular to the chain; zero: unknown
@@ -30,13 +30,13 @@ using Chain = std::vector<Link>;
 
 constexpr double kMaxPeptideAngstrom = 4.5, kMaxNucleotideAngstrom = 8;
 constexpr std::size_t kMinLinks = 3;
-/// Half width and half thickness of a cross-section of the ribbon [Å].
+/// Half width and half thickness of the ribbon's cross-section [Å].
 using Size = Eigen::Vector2d;
 const Size kCoilSize(0.28, 0.28), kHelixSize(1.3, 0.22), kStrandSize(1.0, 0.22), kNucleicSize(0.6, 0.6);
 constexpr double kArrowAngstrom = 1.7, kBaseAngstrom = 0.35;
 constexpr int kBaseSides = 8;
-/// Level of detail for molecules of up to `max_residues`: number of cross-sections between two residues, and number of
-/// corners of a cross-section.
+/// Level of detail for molecules of up to `max_residues` residues: number of cross-sections for each residue of a
+/// chain, and number of corners of a cross-section.
 struct Detail {
   std::size_t max_residues;
   int sections, corners;
@@ -109,8 +109,9 @@ std::vector<Chain> chains_of(const Residues& residues) {
   return chains;
 }
 
-/// Criterion for a secondary structure: distances [Å] from a residue to the second, third and fourth residue after it,
-/// with tolerances, and the smallest number of consecutive residues.
+/// Criterion by which a secondary structure (helix or strand) is detected. `distances` [Å] are those from a residue to
+/// the second, third and fourth residue after it; `margins` are the tolerances. The structure must have at least
+/// `min_links` consecutive residues.
 struct Pattern {
   Fold fold;
   std::array<double, 3> distances, margins;
@@ -119,8 +120,8 @@ struct Pattern {
 constexpr std::array<Pattern, 2> kPatterns{
     {{Fold::kHelix, {5.5, 5.3, 6.4}, {0.5, 0.5, 0.6}, 5}, {Fold::kStrand, {6.7, 9.9, 12.4}, {0.6, 0.9, 1.1}, 4}}};
 
-/// Returns whether the distances from residue i match the pattern. Near the end of the chain only the existing residues
-/// are compared; the second residue after i must exist.
+/// Returns true if the distances from residue i match the pattern. Near the end of the chain, only those of the three
+/// distances are compared whose residues exist. If the second residue after i does not exist, returns false.
 bool fits(const Chain& chain, std::size_t i, const Pattern& pattern) {
   if (i + 2 >= chain.size()) return false;
   for (std::size_t k = 0; k < 3 && i + k + 2 < chain.size(); ++k) {
@@ -130,7 +131,7 @@ bool fits(const Chain& chain, std::size_t i, const Pattern& pattern) {
   return true;
 }
 
-/// Marks each run of consecutive residues that match the pattern, including the two residues after the run. Runs of
+/// Marks each series of consecutive residues that match the pattern, and the two residues after the series. Series of
 /// fewer than min_links residues are ignored.
 void mark(Chain& chain, const Pattern& pattern) {
   for (std::size_t i = 0; i < chain.size();) {
@@ -144,8 +145,8 @@ void mark(Chain& chain, const Pattern& pattern) {
   }
 }
 
-/// Replaces `across`, which contains the position of an oxygen atom, by a direction. Each direction is within 90° of
-/// the previous one, so that the ribbon does not flip.
+/// Before the call, `across` contains the position of an oxygen atom. It is replaced by the direction of the ribbon's
+/// width. Each direction is within 90° of the previous one, so that the ribbon does not flip.
 void turn_to_planes(Chain& chain) {
   Vec3 before = Vec3::Zero();
   for (std::size_t i = 0; i < chain.size(); ++i) {
@@ -187,8 +188,8 @@ Size size_of(Fold fold) {
   }
 }
 
-/// Returns the half width and thickness of the cross-section between the links i and i + 1, at the fraction `share` of
-/// their distance. At the end of a strand, these sizes form an arrow.
+/// Returns half width and half thickness of the cross-section at the fraction `share` of the distance between the links
+/// i and i + 1. At the end of a strand, the width decreases such that the ribbon has the form of an arrow.
 Size size_at(const Chain& chain, std::size_t i, double share) {
   const Fold here = chain[i].fold, next = chain[std::min(i + 1, chain.size() - 1)].fold;
   const bool ends_next = i + 2 >= chain.size() || chain[i + 2].fold != Fold::kStrand;
@@ -208,8 +209,8 @@ struct Section {
   Rgba color;
 };
 
-/// Returns the point and the tangent of the Catmull-Rom spline between links i and i + 1 at t, 0 to 1. At the ends of
-/// the chain, the spline is continued by a straight line.
+/// Returns a point and the tangent of the Catmull-Rom spline between the links i and i + 1; `t` is 0 at link i and 1 at
+/// link i + 1. Beyond the ends of the chain, a straight line replaces the spline.
 std::pair<Vec3, Vec3> place_and_way(const Chain& chain, std::size_t i, double t) {
   const std::size_t last = chain.size() - 1;
   const Vec3 b = chain[i].place, c = chain[std::min(i + 1, last)].place;
@@ -270,8 +271,9 @@ class Ribbon {
     }
   }
 
-  /// Closes the ribbon at an end.
-  /// In      side  1: end of the chain, its outside faces along the chain; −1: start of the chain
+  /// Closes an end of the ribbon by a flat face.
+  /// In      side  1: the end of the chain, where the face points in the direction of the chain; −1: the start of the
+  ///               chain, where the face points in the opposite direction
   void cap(const Section& section, double side) {
     const std::size_t corners = section.corners.size();
     for (std::size_t k = 0; k < corners; ++k) {

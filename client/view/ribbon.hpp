@@ -8,13 +8,15 @@
 
 namespace tandem::client {
 
-/// Appends a ribbon for each chain of at least three residues. It is wide along helices and strands, has an arrow at
-/// the end of each strand, and is a tube elsewhere. Nucleic acids get a tube with a rod for each base. Atoms outside of
-/// chains (ligands, ions, water), and molecules without atom names, are drawn as sticks.
+/// Appends the drawing of a molecule. Each chain of at least three residues is a ribbon:
+/// * Proteins: wide along helices and strands, with an arrow at the end of each strand; a tube elsewhere.
+/// * Nucleic acids: a tube, with a rod for each base.
+/// * Atoms outside of chains (ligands, ions, water), and molecules without atom names, are drawn as sticks.
 ///
-/// Model   a Catmull-Rom spline through the α carbons (C4' of nucleotides). In strands, their positions are smoothed
-///         first. The width of the ribbon lies in the plane of the peptide bonds. Helices and strands are detected by
-///         the distances from an α carbon to those of the second, third and fourth residue after it
+/// Model   a Catmull-Rom spline through the α carbons (through C4' in nucleotides). In strands, the positions of the α
+///         carbons are smoothed first. The width of the ribbon lies in the plane of the peptide bonds. Helices and
+///         strands are detected by the distances from an α carbon to the α carbons of the second, third and fourth
+///         residue after it
 /// In      colors  one for each atom; the ribbon has the colours of the α carbons
 ///         stop    after a stop request nothing more is appended
 /// Source  plane of the ribbon: Carson and Bugg, "Algorithm for ribbon models of proteins", J. Mol. Graphics 4, 1986.

@@ -22,7 +22,7 @@ constexpr Rgba kUntinted{1, 1, 1, 1};
 constexpr Rgba kHydrogenBond{1, 1, 1, 1};
 constexpr Rgba kGoal{0.4F, 0.95F, 0.6F, 0.6F};
 
-/// Sizes of marks in radii of the focus ball.
+/// Sizes of arrows and marks, as multiples of the focus ball's radius.
 constexpr double kPerNewton = 0.16;
 constexpr double kPerNewtonMetre = 3.2;
 constexpr double kRod = 0.011;
@@ -32,8 +32,10 @@ constexpr double kContact = 0.009;
 constexpr double kMinForce_n = 0.05;
 constexpr double kMinTorque_n_m = 0.003;
 
-/// Limits of marks for selected residues. Up to kMaxDetailed residues, each atom is marked and each residue is named;
-/// above that, one atom of each. kMaxMarked: number of marked residues. kMaxMarkedAtoms: marked atoms of one residue.
+/// Limits for the marks of selected residues:
+/// * If up to kMaxDetailed residues are selected, each of their atoms is marked and each residue is named. Otherwise
+///   one atom of each residue is marked.
+/// * kMaxMarked: maximum number of marked residues. kMaxMarkedAtoms: maximum number of marked atoms of one residue.
 constexpr std::size_t kMaxDetailed = 12, kMaxMarked = 300, kMaxMarkedAtoms = 60;
 
 DrawnMesh drawn(const geometry::TriangleMesh& mesh) {
@@ -48,7 +50,7 @@ DrawnMesh cone() {
   return result;
 }
 
-/// Returns the pose at `from` with z along `direction`, which must not be zero.
+/// Returns a pose with the origin `from`, whose z axis points along `direction`. `direction` must not be zero.
 Pose along(const Vec3& from, const Vec3& direction) {
   return {from, Quat::FromTwoVectors(Vec3::UnitZ(), direction)};
 }
@@ -59,7 +61,8 @@ std::string number(double value, const char* unit, int digits) {
   return text.data();
 }
 
-/// Returns 1, 2 or 5 times a power of ten, about a third of `size_m`.
+/// Returns the distance between grid lines for a scene of the size `size_m`: about a third of it, rounded to 1, 2 or 5
+/// times a power of ten.
 double grid_for(double size_m) {
   const double power = std::pow(10, std::floor(std::log10(size_m / 3)));
   const double times = size_m / 3 / power;
@@ -99,7 +102,8 @@ bool SceneView::update(const ClientIoSnapshot& io, MoleculeStyle molecules) {
   return is_another;
 }
 
-/// Returns the content to show next. If there are no molecules, the style does not matter and stays unchanged.
+/// Returns the content to show next. In a scene without molecules, the style of the shown content is kept, because it
+/// has no effect.
 SceneView::Content SceneView::wanted(MoleculeStyle molecules) const {
   const auto has_molecule = [](const DrawnBody& body) { return body.molecule != nullptr; };
   const bool has_style = !shown_ || std::ranges::any_of(scene_.bodies, has_molecule);
@@ -136,17 +140,18 @@ void SceneView::show(DrawnScene scene, const Content& content) {
   }
 }
 
-/// Shows the next content if it is complete. Otherwise starts a thread that makes it, unless one is running.
+/// Shows the next content if its meshes are complete, and returns true. Otherwise starts a thread that makes them,
+/// unless one is running already.
 bool SceneView::show_made(MoleculeStyle molecules) {
   Content content = wanted(molecules);
   if (surface_ && surface_->first == content) {
     show((*std::exchange(surface_, std::nullopt)).second, content);
     return true;
   }
-  // Balls take little time to make, so they are shown until the rest is complete.
+  // Balls can be made quickly, so molecules are shown as balls until the requested style is complete.
   if (!shown_) content.second.shape = MoleculeStyle::kBalls;
   if (!made_.valid()) begin_making(content);
-  // Assets that arrive later do not restart the work. They are included in the next run.
+  // If assets arrive while meshes are being made, the work is not restarted. The next run includes these assets.
   if (making_.second != content.second) {
     is_given_up_ = true;
     maker_.request_stop();
@@ -281,7 +286,7 @@ void SceneView::add_own_tool(const View* view, bool shows_ghosts) {
   add_wrench(*view);
 }
 
-// Draws the pose of the device as a glass ball with its axes, and a line from it to the tool.
+// Draws the pose of the device's handle as a glass ball with axes, and a line from the ball to the tool.
 void SceneView::add_handle(const View& view) {
   if (!view.record.sample.is_valid) return;
   constexpr std::array<Rgba, 3> kAxes{{{0.84F, 0.37F, 0, 1}, {0, 0.62F, 0.45F, 1}, {0.2F, 0.5F, 0.9F, 1}}};
@@ -337,7 +342,8 @@ void SceneView::add_selection(const View* view, const ResidueSelection& selectio
   labels_.push_back({(distance->from_W + distance->to_W) / 2, number(distance->angstrom, "Å", 2), kSelectionColor, 0});
 }
 
-/// Marks the atoms of a residue and names it; if it is one of many, only its α carbon or its first atom is marked.
+/// Marks the atoms of a residue and names the residue. If it is one of many selected residues, marks only one atom: its
+/// α carbon, or its first atom.
 void SceneView::add_residue(const Pose& X_WB, const docking::Molecule& molecule, std::size_t start, bool is_detailed) {
   const double scale = joined_->scene().molecular_field().metres_per_angstrom();
   const std::size_t end = residue_end(molecule, start);
@@ -364,7 +370,7 @@ void SceneView::add_pointed(const View* view, const ClientIoSnapshot& io, LocalT
     const std::size_t body = point.body() - std::size_t{1};
     Vec3 at_W(point.place(0), point.place(1), point.place(2));
     if (point.body() != 0) {
-      if (body >= scene_.bodies.size()) continue;  // the body belongs to the previous scene
+      if (body >= scene_.bodies.size()) continue;  // the body is not in this scene
       at_W = felt_pose(scene_, view, body) * at_W;
     }
     const auto user = std::ranges::find(io.users, message.user(), &wire::UserJoined::user);
@@ -378,7 +384,7 @@ void SceneView::add_pointed(const View* view, const ClientIoSnapshot& io, LocalT
   }
 }
 
-// Draws the displayed force and torque. Their values are in the device's newtons.
+// Draws the displayed force and torque as arrows. Their lengths are in proportion to the values at the device.
 void SceneView::add_wrench(const View& view) {
   const Wrench& on_hand_D = view.record.displayed_on_hand_D;
   const double force_n = on_hand_D.f.norm(), torque_n_m = on_hand_D.t.norm();

@@ -38,19 +38,21 @@ class SceneView {
  public:
   explicit SceneView(Renderer& renderer);
 
-  /// Rebuilds the scene's meshes in a thread if scene, assets or style have changed, and shows them when they are
-  /// complete. Molecules appear as balls first. Deformed soft bodies are updated at once. The last shown surface is
-  /// kept in memory. Returns true if a different scene is shown, or more parts of the same scene.
+  /// Shows the meshes of the joined scene in the requested style. If scene, assets or style have changed, a thread
+  /// makes the meshes, which are shown when they are complete. Molecules are shown as balls meanwhile. Deformed soft
+  /// bodies are updated at once. The last shown molecular surface is kept in memory. Returns true if a different scene
+  /// is shown, or more parts of the same scene.
   bool update(const ClientIoSnapshot& io, MoleculeStyle molecules);
   /// In      view  null: none received yet; objects are at their start poses
   void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera,
                const Figures& figures, LocalTime now);
 
-  /// Adds marks and names of selected residues, and the distance of two picked atoms. Call after arrange().
+  /// Adds marks and names of the selected residues, and a line for the distance of two picked atoms. Must be called
+  /// after arrange().
   void add_selection(const View* view, const ResidueSelection& selection, const std::optional<AtomDistance>& distance);
 
   const DrawnScene& scene() const { return scene_; }
-  /// Returns whether the scene, parts of it, or molecules of this style are not shown yet.
+  /// Returns true if meshes are still being made: the scene, parts of it, or molecules in this style are not shown yet.
   bool is_making(MoleculeStyle molecules) const;
   const DrawnFrame& frame() const { return frame_; }
   const std::vector<SceneLabel>& labels() const { return labels_; }
@@ -89,8 +91,8 @@ class SceneView {
   std::size_t first_of_scene_ = 0;  ///< index of the scene's first mesh, in the order bodies, soft bodies, tools
   std::shared_ptr<const wire::Joined> joined_;
   std::shared_ptr<const AssetMap> assets_;
-  std::optional<Content> shown_;  ///< content that is shown; empty: nothing of this scene is shown yet
-  std::optional<std::pair<Content, DrawnScene>> surface_;  ///< last shown surface, stored while another style is shown
+  std::optional<Content> shown_;  ///< content that is shown now; empty: nothing of this scene is shown yet
+  std::optional<std::pair<Content, DrawnScene>> surface_;  ///< last shown surface, kept while another style is shown
   std::optional<Content> failed_;                          ///< content whose meshes could not be made
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets_;
   DrawnScene scene_;
@@ -98,7 +100,7 @@ class SceneView {
   std::vector<SceneLabel> labels_;
   Pose X_WT_;
   Content making_;            ///< content of the meshes in `made_`; valid while `made_` is valid
-  bool is_given_up_ = false;  ///< true: the result of `made_` is obsolete, because other content was requested
+  bool is_given_up_ = false;  ///< true: the result of `made_` will be discarded, because other content was requested
   std::future<DrawnScene> made_;
   std::jthread maker_;
 };

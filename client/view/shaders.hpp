@@ -22,9 +22,10 @@ void main() {
   gl_ClipDistance[0] = dot(cut, world);
 })";
 
-// Lighting is computed with linear intensities. They are displayed with gamma 2.2, or gamma 2 if FAST is defined. The
-// lights are the sky from above, weak light of the ground from below, and a sun with a small highlight. The sun's
-// shadow is filtered over 3 x 3 samples of the shadow map, or over the four texels of one sample if FAST is defined.
+// Lighting. It is computed with linear intensities, which are displayed with gamma 2.2 (2 if FAST is defined). There
+// are three lights: the sky from above, weak light of the ground from below, and a sun with a small highlight. The
+// sun's shadow is filtered over 3 x 3 samples of the shadow map (over the four texels of one sample if FAST is
+// defined).
 inline constexpr const char* kLight = R"(
 uniform vec3 eye, to_sun;
 uniform sampler2DShadow shadow_map;

@@ -29,7 +29,8 @@
 namespace tandem::client {
 namespace {
 
-/// Motion of the hand for a wheel step, and for an arrow key per second, as fractions of the window's height.
+/// Motion of the hand as a fraction of the window's height: for a step of the mouse wheel, and for a pressed arrow key
+/// per second.
 constexpr double kWheelShare = 0.02;
 constexpr double kKeyShare_per_s = 0.25;
 /// Rotation of the hand for a mouse motion across the window's height.
@@ -37,11 +38,11 @@ constexpr double kHandTurn_rad = 3;
 constexpr double kWheelTurn_rad = 0.08;
 /// Time for which a message about the room is shown.
 constexpr Duration kNewsShown = std::chrono::seconds(15);
-/// Ratio of width to height of the area beside the panel, below which the scene is drawn smaller.
+/// Ratio of width to height of the area beside the panel. Below this ratio, the scene is drawn smaller.
 constexpr double kNarrowAspect = 0.8;
 /// Message after a grab that found no body.
 constexpr const char* kMissed = "nothing within reach to grab: move the hand nearer";
-/// Translation and rotation of the cap of a 3D mouse at full deflection.
+/// Translation and rotation of a 3D mouse's cap that count as full deflection.
 constexpr double kCapReach_m = 0.04, kCapReach_rad = 0.5;
 
 bool is_down(GLFWwindow* window, int key) {
@@ -93,10 +94,10 @@ struct Window::Impl {
   Figures figures;
   Guide guide;
   MoleculeMouse molecules;
-  std::optional<WindowSounds> sounds;  ///< empty with a haptic device, because its user feels contact
+  std::optional<WindowSounds> sounds;  ///< empty if the user has a haptic device, with which contact is felt
   WindowSwitches switches;
   SteadyClock clock;
-  std::uint32_t hand_of = 0;  ///< scene generation of the hand's target
+  std::uint32_t hand_of = 0;  ///< generation of the scene for which the hand's target was set
   bool is_holding = false;
   bool is_pointing_requested = false;
   bool is_recording = false;
@@ -142,7 +143,7 @@ Number next_of(const std::array<const char*, kCount>&, Number number) {
 
 void Window::Impl::handle_keys() {
   const std::vector<int> keys = screen.take_keys();
-  if (ImGui::GetIO().WantTextInput) return;  // a text field gets the keyboard input
+  if (ImGui::GetIO().WantTextInput) return;  // the keyboard input belongs to a text field
   const auto pressed = [&keys](int key) { return std::ranges::find(keys, key) != keys.end(); };
   if (pressed(GLFW_KEY_F11)) screen.toggle_full_screen();
   if (pressed(GLFW_KEY_ESCAPE)) handle_escape();
@@ -171,8 +172,8 @@ void Window::Impl::handle_escape() {
   switches.shows_help = menu.shows_invitations = false;
 }
 
-/// Handles the keys that change the scene for all users. They require Ctrl, so that a key pressed by mistake does not
-/// affect others.
+/// Handles the keys that change the scene for all users. These keys require Ctrl, so that a key pressed by mistake has
+/// no effect on other users.
 template <class Pressed>
 void Window::Impl::handle_shared_keys(const Pressed& pressed) {
   if (!figures.has_molecules) return;
@@ -264,7 +265,7 @@ std::pair<Vec3, Vec3> Window::Impl::mouse_ray() const {
                        io.MousePos.y / std::max(1.0F, io.DisplaySize.y), aspect());
 }
 
-/// Finds the atom under the mouse, and selects by a click: a press of the left button without a drag.
+/// Finds the atom under the mouse. A click (a press of the left button without a drag) selects the atom.
 void Window::Impl::follow_molecules(const View* view, const ClientIoSnapshot& io, bool is_double_click) {
   molecules.belong_to(io.joined);
   if (!figures.has_molecules) return;
@@ -285,7 +286,7 @@ void Window::Impl::follow_molecules(const View* view, const ClientIoSnapshot& io
   scene->add_selection(view, molecules.selection(), molecules.distance());
 }
 
-/// Points at the object under the mouse; if there is none, at the user's tool.
+/// Points, for the other users, at the object under the mouse. If there is no object, points at the user's tool.
 void Window::Impl::point(const View* view) {
   if (!std::exchange(is_pointing_requested, false) || settings.client == nullptr) return;
   const auto [from_W, along_W] = mouse_ray();
@@ -317,7 +318,7 @@ void Window::Impl::draw_labels(const Mat4f& clip) const {
   }
 }
 
-/// Draws the card of the guide, otherwise a hint, and the messages above it.
+/// Draws the card of the guide; if it is not shown, draws a hint. Messages are drawn above it.
 void Window::Impl::draw_lower_left(const ClientIoSnapshot& io) {
   const float em = ImGui::GetFontSize();
   if (!shows_guide(io)) return draw_messages(io, draw_hint(io) - 0.6F * em);
@@ -341,7 +342,8 @@ float Window::Impl::draw_hint(const ClientIoSnapshot& io) const {
   return top;
 }
 
-/// Passes the state of this frame to the guide. A step that is done is stored at once, so that it survives a crash.
+/// Passes the state of this frame to the guide. The progress is stored as soon as a step is done, so that it is not
+/// lost in a crash.
 void Window::Impl::follow_guide(const View* view, const ClientIoSnapshot& io) {
   if (view == nullptr || io.joined == nullptr || io.joined->scene().name() != kGuideScene) return;
   guide.follow({.force_n = view->record.displayed_on_hand_D.f.norm(),
@@ -371,11 +373,12 @@ void Window::Impl::draw_guide_card(const ClientIoSnapshot& io) {
   }
 }
 
-/// Draws the last messages above the hint, where they move no control: about the room, the stage, the recording.
+/// Draws the last messages (about the room, the stage, the recording) above the hint. In this place they move no
+/// control.
 void Window::Impl::draw_messages(const ClientIoSnapshot& io, float bottom) const {
   const float em = ImGui::GetFontSize(), width = free_width() - 2 * em, rim = 0.25F * em;
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  // If the guide's card is not drawn, the hint contains this message instead.
+  // Shown only together with the guide's card. Without the card, the hint contains this message.
   const std::string missed = shows_guide(io) && hand.has_missed(clock.now()) ? kMissed : "";
   for (const std::string* text : {&missed, &news, &io.rendering.stage_note, &recording_state, &picture_news}) {
     const bool is_old = text == &news && clock.now() - news_at > kNewsShown;
@@ -395,7 +398,8 @@ float Window::Impl::free_width() const {
   return ImGui::GetIO().DisplaySize.x - (has_panel ? static_cast<float>(panels_width()) : 0);
 }
 
-/// Shows the whole scene. In a narrow window it is drawn smaller, so that the panel does not cover its sides.
+/// Moves the camera such that the whole scene is visible. In a narrow window the scene is drawn smaller, so that the
+/// panel does not cover its sides.
 void Window::Impl::fit() {
   const double free_aspect = free_width() / std::max(1.0F, ImGui::GetIO().DisplaySize.y);
   camera.fit(scene->scene().focus_W, scene->scene().focus_radius_m / std::min(1.0, free_aspect / kNarrowAspect));
@@ -448,7 +452,7 @@ void Window::Impl::save_picture() {
   gmtime_r(&now, &utc);
   std::strftime(name.data(), name.size(), "tandem-%Y%m%dT%H%M%SZ.png", &utc);
   const std::filesystem::path file = std::filesystem::path(settings.recording_folder) / name.data();
-  // An error of the file must not end the session.
+  // An error of the file is shown as a message, because it must not end the session.
   if (!std::ofstream(file)) {
     picture_news = "the picture " + file.string() + " cannot be written";
     return;

@@ -23,15 +23,15 @@ namespace tandem::client {
 
 class Screen;
 
-/// Request of the menu that ends the session.
+/// Request that the user has made in the menu; it ends the session.
 enum class WindowRequest { kNone, kOpen, kHost, kGuide };
 
 struct WindowSettings {
   std::string title = "tandem";
   Screen* screen = nullptr;                    ///< screen for drawing; required, and must outlive the window
-  bool is_scene_only = false;                  ///< true: a saved frame contains neither panels nor texts
+  bool is_scene_only = false;                  ///< true: a saved frame shows the scene without panels and texts
   std::string molecules{}, molecule_colors{};  ///< names as in MoleculeStyle; empty: as in the last run
-  std::shared_ptr<devices::Device> cap{};      ///< a 3D mouse that steers the camera; null: none
+  std::shared_ptr<devices::Device> cap{};      ///< 3D mouse that moves the camera; null: none
   bool begins_guide = false;                   ///< true: shows the guided first minute, at the step where the user was
   bool remembers = true;       ///< true: stores the user's switches from one run to the next (window_memory.hpp)
   ClientIo* client = nullptr;  ///< receives the user's requests; must outlive the window
@@ -48,7 +48,7 @@ struct WindowSettings {
 /// Thread  main: the thread that constructed the window
 class Window {
  public:
-  /// Fails   std::runtime_error: the display's driver refuses a shader
+  /// Fails   std::runtime_error if the display's driver refuses a shader
   explicit Window(WindowSettings settings);
   ~Window();
   Window(const Window&) = delete;
@@ -57,10 +57,11 @@ class Window {
   /// Adds a tick. Call for each tick, in order.
   void add(const TickRecord& record);
   /// Evaluates mouse and keys, and draws one frame of the screen.
-  /// In      view    null: none received yet
+  /// In      view    newest view; null if none was received yet
   ///         notice  text for the top of the window; "": the session's notice, if there is one
   void draw(const View* view, const ClientIoSnapshot& io, const std::string& notice);
-  /// Sets the text about recordings in the session panel, below a button that starts or ends one; "": no text.
+  /// Sets the text about recordings in the session panel; "": no text. It is shown below the button that starts or ends
+  /// a recording.
   void show_recording(bool is_recording, const std::string& state);
   /// Sets the text in the session panel about the last message of the room.
   void show_news(const std::string& news);

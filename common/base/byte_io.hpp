@@ -51,11 +51,11 @@ class ByteWriter {
   std::vector<std::uint8_t>& bytes_;
 };
 
-/// Reads numbers from the front of a byte span. A read past the end returns zeros and makes ok() false. Call ok() after
-/// the last read and before any value is used as a size or an index.
+/// Reads numbers from the front of a byte span. A read past the end returns zeros and makes ok() return false. Callers
+/// must check ok() after the last read, and before they use a value as a size or an index.
 class ByteReader {
  public:
-  /// In      bytes  remaining bytes; each read removes its bytes from the front of the caller's span
+  /// In      bytes  bytes to read; each read removes its bytes from the front of this span, which the caller owns
   explicit ByteReader(std::span<const std::uint8_t>& bytes) : bytes_(bytes) {}
 
   bool ok() const { return is_ok_; }
@@ -71,9 +71,9 @@ class ByteReader {
   float f32() { return number<float>(); }
   double f64() { return number<double>(); }
 
-  /// Reads a count of elements that follow, each of at least `bytes_each` bytes. If fewer bytes remain than that count
-  /// requires, returns 0 and makes ok() false. A malicious count therefore cannot cause an allocation much larger than
-  /// the received bytes.
+  /// Reads the number of elements of a following array; each element needs at least `bytes_each` bytes. If fewer bytes
+  /// remain than the array needs, returns 0 and makes ok() return false. A malicious number therefore cannot cause an
+  /// allocation much larger than the received bytes.
   std::uint32_t count(std::size_t bytes_each) {
     const std::uint32_t value = u32();
     if (value <= bytes_.size() / bytes_each) return value;
@@ -103,8 +103,8 @@ class ByteReader {
   bool is_ok_ = true;
 };
 
-/// Checksum that detects a truncated or accidentally altered file, computed at memory speed. It does not protect
-/// against deliberate manipulation; the range checks of each reader do.
+/// Checksum that detects a truncated or accidentally altered file, computed at memory speed. It does not detect
+/// deliberate manipulation; the readers therefore also check the range of each value.
 inline std::uint64_t checksum_of(std::span<const std::uint8_t> bytes) {
   // 2^64 / golden ratio: an odd multiplier that mixes the bits well
   constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15U;
@@ -127,8 +127,8 @@ inline void end_asset(std::vector<std::uint8_t>& bytes) {
   ByteWriter(bytes).number(checksum_of(bytes));
 }
 
-/// Returns the bytes between the header and the checksum. Returns nothing if the checksum, the kind or the version is
-/// wrong.
+/// Returns the bytes of an asset between its header and its checksum. Returns nothing if the checksum, the kind or the
+/// version is wrong.
 inline std::optional<std::span<const std::uint8_t>> asset_content(std::span<const std::uint8_t> bytes,
                                                                   std::uint32_t kind, std::uint32_t version) {
   constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);

@@ -1,5 +1,6 @@
-// Folders of the programs: the installed data (scenes, experiments, hand paths, device profiles) and the cache. Also
-// functions that write files atomically.
+// Two kinds of functions:
+// * folders of the programs: installed data (scenes, experiments, hand paths, device profiles) and the cache
+// * writing of files atomically
 #pragma once
 
 #include <cstddef>
@@ -10,9 +11,9 @@
 
 namespace tandem {
 
-/// Returns the folder of this project's programs. This is the folder of the running program, or ../bin relative to
-/// libtandem.so if this code is part of that library. The relative path is valid in a build tree, after installation
-/// and after moving the installation prefix.
+/// Returns the folder of this project's programs. If this code is part of libtandem.so, this is ../bin relative to that
+/// library, otherwise the folder of the running program. The relative path is the same in a build tree and in an
+/// installation, and it remains valid when the installation is moved.
 /// Out     empty if the folder cannot be determined
 std::filesystem::path program_folder();
 
@@ -20,35 +21,36 @@ std::filesystem::path program_folder();
 /// Out     e.g. /usr/share/tandem; the folder need not exist
 std::filesystem::path data_folder();
 
-/// Returns the folder for programs of the user by the XDG Base Directory Specification: that of the XDG variable,
-/// otherwise a folder below $HOME. A relative path in the variable is ignored, as the specification requires.
-/// In      xdg  variable, such as "XDG_CACHE_HOME"
-///         below_home  folder below $HOME, such as ".cache"
-/// Out     empty if neither variable is set
+/// Returns a folder of the user according to the XDG Base Directory Specification: the value of the variable `xdg`, or
+/// else $HOME/below_home. A relative path in the variable is ignored, as the specification requires.
+/// In      xdg         name of the variable, such as "XDG_CACHE_HOME"
+///         below_home  folder relative to $HOME, such as ".cache"
+/// Out     empty if neither `xdg` (with an absolute path) nor HOME is set
 std::filesystem::path user_folder(const char* xdg, const std::filesystem::path& below_home);
 
-/// Makes the names in a folder survive a power loss, if the file system supports this.
+/// Writes the file names of a folder to the disk, so that they survive a power loss. Has no effect if the file system
+/// does not support this.
 void sync_folder(const std::filesystem::path& folder);
 
 /// Returns the cache folder: the first of $TANDEM_CACHE, $XDG_CACHE_HOME/tandem and $HOME/.cache/tandem whose variable
 /// is set. If none is set, returns an empty path, and no cache is used.
 std::filesystem::path default_cache_directory();
 
-/// Writes the parts as one file, first under a temporary name, which is then renamed. A reader therefore sees the
-/// complete new file or the previous one, even after a power loss. Creates the folder if necessary.
+/// Writes a file that consists of the given parts. It is written under a temporary name and then renamed. A reader
+/// therefore sees the complete new file or the previous one, even after a power loss. Creates the folder if necessary.
 /// In      mode  file permission bits, see chmod(2)
 /// Out     the error, if any; in that case the previous file is unchanged and no partial file is left
 /// Thread  any
 std::error_code replace_file(const std::filesystem::path& file, std::initializer_list<std::span<const std::byte>> parts,
                              unsigned mode = 0644);
 
-/// Writes a file that can be computed or downloaded again. Unlike replace_file() it does not wait for the disk, so an
-/// io thread may call it. After a power loss the file may be incomplete; its readers must detect this.
+/// Writes a file that can be computed or downloaded again. Unlike replace_file(), this function does not wait for the
+/// disk, so an io thread may call it. After a power loss the file may be incomplete, which its readers must detect.
 std::error_code replace_cache_file(const std::filesystem::path& file,
                                    std::initializer_list<std::span<const std::byte>> parts);
 
-/// Removes temporary files beside `file` that terminated writers left. Call it only if no other process writes the
-/// file, because the temporary file of a running writer has the same name pattern.
+/// Removes temporary files in the folder of `file` that terminated writers left behind. Call it only if no other
+/// process writes `file`, because the temporary file of a running writer has the same name pattern.
 /// Out     number of files removed
 /// Thread  any
 std::size_t remove_unfinished(const std::filesystem::path& file);

@@ -1,5 +1,5 @@
-// Histogram of lateness and durations. These are reported as quantiles and not as a mean, because in a haptic loop the
-// tail of the distribution matters.
+// Histogram of lateness and durations. They are reported as quantiles instead of a mean, because rare long delays are
+// the ones that matter in a haptic loop.
 #pragma once
 
 #include <array>
@@ -10,11 +10,11 @@
 
 namespace tandem {
 
-/// Counts durations in log-spaced buckets of relative width ≤ 1/32, up to 275 s; longer ones fall into the last bucket.
-/// Also stores the exact maximum.
+/// Counts durations in buckets whose width is at most 1/32 of the duration. The last bucket, which ends at 275 s, also
+/// contains all longer durations. The exact maximum is stored separately.
 ///
 /// Cost    record(): no allocation, no lock, a few ns
-/// Thread  one writer; read it after the writer has stopped, or copy it through a mailbox
+/// Thread  one writer. Other threads may read only after the writer has stopped, or from a copy sent by a mailbox
 class Histogram {
  public:
   /// Adds one duration; a negative one counts as 0.
@@ -25,9 +25,9 @@ class Histogram {
   /// Returns the sum of all durations.
   Duration sum() const { return sum_; }
   Duration max() const { return max_; }
-  /// Returns the upper edge of the bucket that contains the q-quantile (0 ≤ q ≤ 1), clamped to max(); 0 when empty.
+  /// Returns the q-quantile (0 ≤ q ≤ 1), as the upper edge of its bucket or max() if that is less; 0 when empty.
   Duration quantile(double q) const;
-  /// Returns the number of durations above `value`, at the resolution of a bucket.
+  /// Returns the number of durations above `value`, with the accuracy of a bucket's width.
   std::uint64_t count_above(Duration value) const;
   /// Returns the fraction of all durations that are above `value`; 0 when empty.
   double share_above(Duration value) const;

@@ -1,5 +1,5 @@
-// Identifiers of objects that are referred to across threads and on the wire, where pointers must not be used. Zero
-// means "none", so a default-constructed id is invalid.
+// Identifiers of objects. They are used instead of pointers where an object is named in another thread or in a message.
+// Zero means "none", so a default-constructed id is invalid.
 #pragma once
 
 #include <compare>

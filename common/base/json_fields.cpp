@@ -188,7 +188,7 @@ boost::json::value parse_json(std::string_view text, const std::string& origin) 
   const std::size_t read = parser.write_some(text.data(), text.size(), error);
   const std::string_view before = text.substr(0, read);
   const bool has_more = text.find_first_not_of(" \t\r\n", read) != std::string_view::npos;
-  // Only finish() detects an incomplete text. It is called if no further text follows.
+  // An incomplete text is an error that only finish() detects. finish() may be called only if no further text follows.
   if (!error && !has_more) parser.finish(error);
   if (!error && !has_more) return parser.release();
   const auto line = 1 + std::count(before.begin(), before.end(), '\n');

@@ -15,7 +15,8 @@
 
 namespace tandem {
 
-/// Reads the fields of one JSON object. Every member throws std::invalid_argument for an invalid value, for example:
+/// Reads the fields of one JSON object. Every member function throws std::invalid_argument for an invalid value, for
+/// example:
 ///   peg.json: users[1].link.loss is 1.2; it must be a number from 0 to 0.95
 /// After the last field call finish(), which throws if the object has fields that were never read.
 class JsonFields {
@@ -39,11 +40,12 @@ class JsonFields {
   Vec3 vector(std::string_view name, const Vec3& otherwise, double bound);
   std::vector<double> numbers(std::string_view name, double low, double high);
   std::vector<std::string> texts(std::string_view name);
-  /// Reads a nested object. If it is absent, returns an object without fields, so that all its fields have their
-  /// defaults.
+  /// Reads a nested object. If the field is absent, returns an empty object, all of whose fields then have their
+  /// default values.
   JsonFields object(std::string_view name);
   /// Reads a list of `at_least` to `at_most` objects. The list may be absent if `at_least` is 0.
   std::vector<JsonFields> objects(std::string_view name, std::size_t at_least, std::size_t at_most);
+  /// Checks that all fields of the object were read.
   /// Fails   std::invalid_argument: a field was never read; the message lists the known fields
   void finish() const;
 

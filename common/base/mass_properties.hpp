@@ -6,7 +6,7 @@
 namespace tandem {
 
 struct MassProperties {
-  double mass_kg = 0;  ///< mass [kg]; 0: static body, whose other fields are unset
+  double mass_kg = 0;  ///< mass [kg]; 0: static body; the other members are then unset
   Pose X_BC;           ///< pose of frame C (centre of mass and principal axes) in the body frame B
   Vec3 principal_inertia_kg_m2 = Vec3::Zero();  ///< principal moments of inertia about C
 

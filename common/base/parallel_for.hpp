@@ -11,12 +11,13 @@
 
 namespace tandem {
 
-/// Calls work(i) once for each i below `count`, in any order, on `threads` threads including the calling one. Returns
-/// when all calls have ended. After the first exception no further call begins, and the exception is rethrown to the
-/// caller.
+/// Calls work(i) once for each i below `count`, in any order. The calls run on `threads` threads, of which the calling
+/// thread is one. Returns when all calls have ended. If a call throws, no further call begins, and the first exception
+/// is rethrown to the caller.
 ///
-/// In      threads  number of threads, ≥ 1; at most one thread per item is used
-///         done     called on the calling thread after each item that this thread has processed
+/// In      threads  number of threads, ≥ 1; more than `count` threads are never used
+///         done     function done(i), called after each item that the calling thread has processed (not after
+///                  items of the other threads)
 /// Thread  any except a 1 kHz thread, because it starts threads and waits for them
 template <typename Work, typename Done>
 void parallel_for(int threads, std::size_t count, const Work& work, const Done& done) {

@@ -7,7 +7,8 @@
 
 namespace tandem {
 
-/// Returns the CPU time that this thread has used. Time in which it is ready but not running does not count.
+/// Returns the CPU time that the calling thread has used. Time in which the thread was ready but not running is not
+/// included.
 inline Duration processor_time() noexcept {
   std::timespec time{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);

@@ -9,8 +9,9 @@
 
 namespace tandem {
 
-/// Returns a function that prints the name of a task and its progress (0 to 1) on standard error. On a terminal it
-/// overwrites the same line until the progress is 1. For any other output it prints a line every 25 %.
+/// Returns a function that prints the name of a task and the progress of the task (0 to 1) on standard error. On a
+/// terminal, each output overwrites the line of the previous one until the progress is 1. On any other output, a new
+/// line is printed every 25 %.
 ///
 /// In      write  function that receives the text instead of standard error
 /// Thread  any, one at a time
@@ -23,11 +24,12 @@ class CalledOff final : public std::exception {
   const char* what() const noexcept override { return "called off before it was done"; }
 };
 
-/// Enables cancellation of long calculations in its thread: while an object of this class exists, a stop request ends
-/// them at the next call_off_point(). The stop token is stored per thread and not passed as a parameter. A parameter
-/// would be needed in a dozen nested functions of mesh preparation, most of which have other callers, too.
+/// Makes long calculations of the current thread cancellable. While an object of this class exists, a stop request ends
+/// the calculation at its next call of call_off_point().
+/// The stop token is stored per thread instead of being passed as a parameter. Otherwise a dozen nested functions of
+/// mesh preparation would need the parameter, most of which have other callers, too.
 ///
-/// Thread  the same thread constructs and destroys it; at most one object per thread
+/// Thread  the thread of the calculation constructs and destroys the object; at most one object per thread
 class CallOffScope {
  public:
   /// Hook for tests, called at each call_off_point() before the stop request is checked.
@@ -44,11 +46,12 @@ class CallOffScope {
   AtPoint at_point_;
 };
 
-/// Number of mesh elements (triangles, points) that a loop processes between two checks by call_off_point(). Processing
-/// this number takes less than 10 ms.
+/// Number of mesh elements (triangles, points) that a loop processes between two calls of call_off_point(). A loop
+/// processes this number in less than 10 ms.
 inline constexpr std::size_t kCallOffEvery = 16'384;
 
-/// Throws if a stop was requested; has no effect outside a CallOffScope. Long calculations call it about every 10 ms.
+/// Ends a long calculation if a stop was requested; has no effect outside a CallOffScope. Long calculations call it
+/// about every 10 ms.
 /// Fails   CalledOff: a stop was requested
 void call_off_point();
 /// Checks for a stop request like call_off_point(), but only if the loop index i is a multiple of kCallOffEvery.

@@ -41,8 +41,8 @@ struct RigidState {
   Twist V;
 };
 
-/// Force `f` [N] and torque `t` [N·m]. The torque is about the origin of a frame; the comment of each use names the
-/// frame.
+/// Force `f` [N] and torque `t` [N·m]. The torque is taken about the origin of a frame, which the comment of each
+/// variable of this type names.
 struct Wrench {
   Vec3 f = Vec3::Zero();
   Vec3 t = Vec3::Zero();
@@ -101,7 +101,7 @@ inline Vec3 rotation_vector(const Quat& q) {
   const double sign = q.w() < 0 ? -1.0 : 1.0;
   const Vec3 v = sign * q.vec();
   const double sine = v.norm();
-  // For a small angle, sin(a/2) ≈ a/2. Below this limit the quotient angle/sine equals 2 in double precision.
+  // For a small angle a, the sine of a/2 is a/2, so a/sine = 2. Below this limit that is exact in double precision.
   if (sine < 1e-9) return 2.0 * v;
   const double angle = 2.0 * std::atan2(sine, sign * q.w());
   return v * (angle / sine);
@@ -122,7 +122,7 @@ inline Pose integrate(const Pose& X_WB, const Twist& V_WB, double dt_s) {
 /// Returns `a` if its length is at most `limit`, and otherwise a vector of length `limit` in the same direction.
 /// Returns zero if `a` is not finite.
 inline Vec3 clamped_to_length(const Vec3& a, double limit) {
-  // Dividing by the largest component first avoids an overflow of the squares for a huge `a`.
+  // The vector is first divided by its largest component, because the squares of huge components would overflow.
   const double largest = a.cwiseAbs().maxCoeff();
   if (!std::isfinite(largest) || !a.allFinite()) return Vec3::Zero();
   if (largest <= 0) return a;
@@ -132,8 +132,8 @@ inline Vec3 clamped_to_length(const Vec3& a, double limit) {
   return scaled / scaled.norm() * limit;
 }
 
-/// Returns the work [J] of a constant wrench about a frame's origin while the frame moves from `from` to `to`. All
-/// energy balances use this function for the work at a port.
+/// Returns the work [J] of a constant wrench while its frame moves from the pose `from` to the pose `to`. The torque is
+/// about the frame's origin. All energy balances compute the work at a port with this function.
 ///
 /// Model   f · (p_to − p_from) + τ · θ, where θ is the rotation vector of the shorter rotation from q_from to q_to
 inline double held_work_j(const Wrench& wrench, const Pose& from, const Pose& to) {

@@ -19,8 +19,8 @@ enum TickFault : std::uint32_t {
   /// The speed of a body exceeded limits.body_speed_m_per_s and was reduced to that value. Remedy: as for
   /// kFaultNotFinite, or raise the limit.
   kFaultSpeedLimited = 1U << 1U,
-  /// The coupling force or torque of a tool was close to its limit: in the upper half of the smooth transition to the
-  /// limit.
+  /// The coupling force or torque of a tool was close to its limit. A smooth transition (soft clamp) leads to the
+  /// limit; the value was in the upper half of this transition.
   /// Remedy: none if it occurs rarely; otherwise soften the coupling.
   kFaultCouplingSaturated = 1U << 2U,
   /// The force of the molecular field was limited to molecular_field.force_limit_n, because the molecules overlap.
@@ -30,7 +30,8 @@ enum TickFault : std::uint32_t {
   kFaultInputStale = 1U << 4U,
   /// A step ended after its deadline (only in live rooms). Remedy: fewer bodies, fewer rooms or a faster machine.
   kFaultOverrun = 1U << 5U,
-  /// Coupling, contact and friction did not converge within the allowed iterations; the last finite solution was used.
+  /// Coupling, contact and friction are solved together by iteration. The iteration did not converge within the allowed
+  /// number of steps, so the last finite solution was used.
   /// Remedy: none if it occurs rarely; otherwise softer surfaces (contact_stiffness_n_per_m3) or heavier tools.
   kFaultContactUnsolved = 1U << 6U,
   /// There were more contacts than limits.contact_points or limits.contact_pairs allow. Neighbouring points were
@@ -40,8 +41,8 @@ enum TickFault : std::uint32_t {
   /// The result of the soft-body step was not ready in time (only in live rooms); the previous result stays in use.
   /// Remedy: fewer nodes or samples, a lower soft_step_rate_hz or a faster machine.
   kFaultSoftLate = 1U << 8U,
-  /// A user's tool would have supplied more energy to the world than the hand supplied to the tool, so the tool was
-  /// limited. Remedy: a stage in which the hand supplies the tool's energy (local-model, wave), or a shorter delay.
+  /// A tool was limited, because it would have supplied more energy to the world than the user's hand had supplied to
+  /// the tool. Remedy: a stage in which the hand supplies the tool's energy (local-model, wave), or a shorter delay.
   kFaultToolEnergyLimited = 1U << 9U,
   /// The room runs at less than 90 % of its step rate (only in live rooms); clients reduce the force to zero. Remedy:
   /// fewer bodies, contacts or atoms, a lower step_rate_hz, fewer rooms or a faster machine.
@@ -54,7 +55,8 @@ using TickFaults = std::uint32_t;
 /// Number of fault bits defined above.
 inline constexpr std::size_t kTickFaultBits = 12;
 
-/// Returns one name per set bit. A bit that only a newer server defines appears as "bit_20", so that it is not hidden.
+/// Returns the name of each bit that is set. A bit that this program does not define (from a newer server) is named by
+/// its number, e.g. "bit_20".
 std::vector<std::string> tick_fault_names(TickFaults faults);
 
 /// Returns the names joined by "|", e.g. "not_finite|speed_limited"; "none" for 0.

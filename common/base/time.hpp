@@ -1,6 +1,6 @@
-// Types of time. Components never read a clock; they receive the time as a parameter `LocalTime now`. Only the
-// outermost loops of the programs read a clock. Client and server have separate clocks with separate types, so that
-// times of different clocks cannot be mixed. Converting between them requires a measured offset (clock_sync.hpp).
+// Types of time. Only the outermost loops of the programs read a clock; all components receive the time as a parameter
+// `LocalTime now`. Client and server have separate clocks. Their times have different types, so that they cannot be
+// mixed. Converting between the two requires a measured offset (clock_sync.hpp).
 #pragma once
 
 #include <chrono>
@@ -45,8 +45,8 @@ class Clock {
   virtual LocalTime now() const noexcept = 0;
 };
 
-/// The monotonic clock CLOCK_BOOTTIME. The absolute deadlines in realtime.hpp use this clock too. It continues while
-/// the machine is suspended, so a force received before a suspension is recognised as old.
+/// The monotonic clock CLOCK_BOOTTIME, which the absolute deadlines in realtime.hpp use, too. It continues while the
+/// machine is suspended. A force that was received before a suspension is therefore recognised as old.
 class SteadyClock final : public Clock {
  public:
   LocalTime now() const noexcept override {

@@ -1,5 +1,5 @@
-// Data of a soft contact that a room sends to a client's local model. It consists of numbers only, so that the physics
-// and the wire format can both use it without depending on each other.
+// Data of a contact with soft bodies, which a room sends to a client's local model. The struct consists of numbers
+// only. Physics and wire format can therefore both use the struct without depending on each other.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,11 +10,12 @@
 namespace tandem {
 
 /// The contact of one rigid body T with all soft bodies, linearised at the pose of T that the soft step used. Before T
-/// touches, it is the predicted contact, linearised at a pose inside the soft body. soft_wrench()
-/// (common/physics/soft_contact.hpp) evaluates the contact force.
+/// touches a soft body, this is the contact that is predicted for a pose of T inside the soft body. The function
+/// soft_wrench() (common/physics/soft_contact.hpp) computes the contact force from it.
 struct SoftContact {
   Wrench wrench_W;  ///< wrench on T at X_WT0 about its origin: impulse of the soft step divided by the step's duration
-  /// −∂W/∂X, symmetric and positive semidefinite; first the translation [m], then the rotation [rad]
+  /// Stiffness −∂W/∂X of the wrench W against the pose X, symmetric and positive semidefinite. The first three rows and
+  /// columns belong to the translation [m], the last three to the rotation [rad].
   Mat6 stiffness = Mat6::Zero();
   Pose X_WT0;  ///< pose of T at which the contact is linearised; before contact, the predicted pose
   /// Displacement of T up to which the linearisation is valid [m]; 0: T is neither in contact nor close to contact.

@@ -17,7 +17,8 @@ struct TimeUnit {
 };
 constexpr std::array<TimeUnit, 7> kTimeUnits{
     {{"ns", 1e-9}, {"us", 1e-6}, {"ms", 1e-3}, {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}, {"d", 86400.0}}};
-// Largest accepted time, ten years. It is far below the maximum of a Duration and far above any sensible value.
+// Largest accepted time: about ten years, far below the maximum of a Duration (292 years) and far above any sensible
+// input.
 constexpr double kLongest_s = 3.2e8;
 
 /// A number and the remaining text after it.

@@ -9,8 +9,8 @@ namespace tandem {
 ///
 /// Model   p_WH = p_WD + s_p R_WD p_DH,  R_WH = R_WD R_DH (rotation is never scaled)
 ///         f_D = s_f R_WD⁻¹ f_W,  τ_D = (s_f / s_p) R_WD⁻¹ τ_W
-///         H is the handle; f and τ are force and torque on the hand. In each of the six directions,
-///         hand power = (s_f / s_p) · world power.
+///         H is the handle; f and τ are force and torque on the hand. For each of the six components,
+///         power at the hand = (s_f / s_p) · power in the world. This common factor makes the mapping passive.
 struct WorkspaceMapping {
   Pose X_WD;
   double position_scale = 1.0;  ///< s_p, world metres per device metre, > 0

@@ -9,12 +9,11 @@
 namespace tandem::contact {
 namespace {
 
-// Margin by which the box of a plane query around a ball is enlarged. The result is reused until the ball has moved by
-// more than this margin.
+// Margin added around a ball for the box of a plane query. The result is reused until the ball has moved by more than
+// this margin.
 constexpr double kBallSlack_m = 1e-3;
-// The area of a closed-form contact consists of a core, which has pressed since the contact began, and a ring around
-// the core, which was added later. In each step, the core grows by this fraction of the ring. It thus adapts to a
-// larger contact with a time constant of 100 steps.
+// In each step, the core of a contact (area that has pressed since the contact began) grows by this fraction of the
+// ring (area that was added later). After 100 steps, 63 % of a new ring thus belong to the core.
 constexpr double kCoreGrowth = 1e-2;
 
 }  // namespace
@@ -46,8 +45,9 @@ bool ClosedFormContacts::find(const Pose& X_WA, const Pose& X_WB, double band_m,
   return has_rods_;
 }
 
-// Appends the contacts of a ball with the only plane near it; a ball out of reach has none. Returns false if several
-// planes are near the ball, or if the field has no planes there. The search for points is then needed.
+// Appends the contacts of a ball with the plane near it. For a ball out of reach, returns true and appends none.
+// Returns false if several planes are near the ball, or if the field has no planes there. The shells must then be
+// searched.
 bool ClosedFormContacts::add_ball(const Pose& X_WA, const Pose& X_WB, double band_m,
                                   std::vector<ContactPoint>& now) noexcept {
   const bool is_ball_a = this->is_ball_a();
@@ -63,9 +63,9 @@ bool ClosedFormContacts::add_ball(const Pose& X_WA, const Pose& X_WB, double ban
   return true;
 }
 
-// Returns the planes around a ball. A query of a grid takes microseconds, so the queried box has a margin, and its
-// result is reused while the box contains the box around the ball. An empty result is reused only if the queried box is
-// not much larger than the box around the ball.
+// Returns the planes around a ball. A query of a grid takes microseconds, so results are reused: the queried box has a
+// margin, and its result holds while it contains the box around the ball. An empty result is reused only if the queried
+// box is not much larger than the box around the ball, because a smaller box might have planes.
 PlaneSet ClosedFormContacts::planes_around_ball(const DistanceField& field, const Vec3& centre_F,
                                                 double reach_m) noexcept {
   const double moved_m = (centre_F - ball_planes_centre_F_).cwiseAbs().maxCoeff();
@@ -88,8 +88,8 @@ void ClosedFormContacts::carry_bristles(std::span<const ContactPoint> before, st
 }
 
 // Transfers the bristles (friction state) from the contacts of the last find() to contacts with the same id. Newly
-// added area has no bristle, and a shrinking contact first loses the area that was added last. Area that presses all
-// the time thus keeps its friction if the force fluctuates.
+// added area has no bristle. A contact that shrinks first loses its ring, the area that was added last. Area that
+// presses all the time thus keeps its friction even if the force fluctuates.
 void ClosedFormContacts::carry_each(std::span<const ContactPoint> before, std::span<ContactPoint> now,
                                     const Eigen::Matrix3d& turn) noexcept {
   std::size_t i = 0;

@@ -14,12 +14,12 @@ namespace {
 
 // Largest spacing of a shell's points [m] at which the shell alone is fine enough to find contacts.
 constexpr double kFineSpacing_m = 5e-4;
-// Amount by which the depth of a contact that was found late may grow in a step, in addition to the contact's motion.
-// At 1 kHz it is 10 mm/s.
+// Amount by which the depth of a late-found contact may grow in a step [m], in addition to the contact's motion. At 1
+// kHz it is 10 mm/s. A contact is found late if an earlier search has missed it because of the budget.
 constexpr double kPushOut_m = 1e-5;
 
-// Recognises a plane on the far side of a thin wall: the cosine of the angle between the plane's normal and the
-// sample's gradient is below this value.
+// If the cosine of the angle between a plane's normal and the sample's gradient is below this value, the plane belongs
+// to the far side of a thin wall.
 constexpr double kFarSideCosine = -0.5;
 
 double area_m2(const ContactShape& shape) {
@@ -52,10 +52,10 @@ struct ContactPair::Direction {
   std::uint32_t id_bits = 0;
   double sign = 1;         ///< factor ±1 that turns the field's gradient so that it points out of B
   double share = 1;        ///< fraction of a point's area that counts
-  double plane_share = 1;  ///< fraction of a point's area that counts if the point is at a plane of the field
+  double plane_share = 1;  ///< fraction that counts instead if the point is at a plane of the field
 
-  /// Returns the plane whose distance equals the field's distance at a point on or below the surface; null if the field
-  /// has no such plane.
+  /// Returns the plane that replaces the field at a point: its distance equals the field's distance, which must be 0 or
+  /// negative. Returns null if there is no such plane.
   const FieldPlane* plane_at(const Vec3& p_F) const noexcept {
     const std::span<const FieldPlane> planes = field.planes();
     if (planes.empty()) return nullptr;
@@ -85,8 +85,8 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   is_a_primary_ = is_primary(*a, *b);
   const ContactShape& first = is_a_primary_ ? *a : *b;
   const ContactShape& second = is_a_primary_ ? *b : *a;
-  // If a blunt tip enters between the other shape's points, only the tip's points are deep. Therefore, if both shapes
-  // have fine points, both contribute all of their points, each point with half of its area.
+  // If both shapes have fine points, both contribute all of them, each with half of its area. With the points of the
+  // other shape only, a blunt tip could enter between them and no point would be deep.
   is_mutual_ = is_fine(*a) && is_fine(*b);
   const PointShell& others = is_mutual_ ? second.surface_off_planes() : second.shells.features;
   const std::uint32_t for_others = others.nodes.empty() ? 0 : budget_ / (is_mutual_ ? 2 : 4);
@@ -144,10 +144,10 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   return work;
 }
 
-// Limits the depth of contacts that an earlier coarse search missed. A search is coarse if it samples only some of the
-// points because of the budget. A contact counts as missed if it is too deep for its motion: its depth exceeds its own
-// previous depth, and the depth of all previous contacts, by more than it moved. Its full depth in one step would throw
-// the shapes apart.
+// Limits the depth of contacts that an earlier search missed because it was coarse, that is, limited by the budget to
+// some of the points. The full depth of such a contact in one step would throw the shapes apart.
+// A contact counts as missed if its depth has grown by more than it moved. The depth is compared with two depths of the
+// previous step: that of the same points, and the largest of all contacts.
 //
 // Beyond the rigid depth (where contact is as stiff as the step allows), the limit grows by the contact's motion only.
 // The contact then stops further motion but does not push out. Otherwise, if a thin wall is pierced, the contacts of
@@ -162,8 +162,8 @@ void ContactPair::limit_depths(const Pose& X_WA, const Pose& X_WB, const Pose& X
     if (is_limited && point.depth_m > most_m) {
       const Vec3 before_W = X_WB * (X_BA_before * (X_WA.inverse() * point.p_W));
       const double moved_m = point.normal_W.dot(before_W - point.p_W), in_m = std::max(0.0, moved_m);
-      // Motion outwards along the same normal reduces the limit. Otherwise the limit would grow with each repetition of
-      // a motion in and out.
+      // For an unchanged normal, motion outwards reduces the limit. Otherwise, each repetition of a motion in and out
+      // would raise it.
       const ContactPoint* const old = deepest_before(point);
       const bool has_turned = old != nullptr && old->normal_W.dot(point.normal_W) < 0.5;
       const double limit_m = std::max(most_m + in_m, old == nullptr ? 0 : old->depth_m + (has_turned ? in_m : moved_m));
@@ -229,8 +229,8 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
     const FieldPlane* const plane = direction.plane_at(p_F);
     if (plane == nullptr) continue;
     contact.area_m2 = direction.plane_share * candidate.area_m2;
-    // Samples round off the edges where planes meet, so the depth and normal of the plane are more accurate. In a thin
-    // wall, however, the sample may belong to the near face and the plane to the far face. Such a plane is not used.
+    // The plane's depth and normal replace those of the samples, which round off the edges between planes. Exception:
+    // in a thin wall, the sample may belong to the near face but the plane to the far face.
     if (plane->distance_m(p_F) > 0 || plane->normal.dot(unit(candidate.gradient_F)) < kFarSideCosine) continue;
     contact.normal_W = R_out * plane->normal;
     contact.depth_m = -plane->distance_m(p_F);
@@ -238,8 +238,9 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
 }
 
 // Transfers the bristles (friction state) from the contacts of the last find() to those of the same points. Both lists
-// are in the order of their points. A contact that represents several points gets the mean of their bristles; when it
-// is divided again, each point gets that mean. Friction thus persists when contacts become coarser or finer.
+// are in the order of their points. A contact for several points gets the mean of their bristles. If it is replaced
+// later by contacts for single points, each of these gets the contact's bristle. Friction thus persists when contacts
+// are merged or divided.
 void ContactPair::carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
                                  const Eigen::Matrix3d& turn_of_b) noexcept {
   for (; now < now_end; ++now) {

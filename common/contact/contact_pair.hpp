@@ -17,18 +17,17 @@ namespace tandem::contact {
 /// is a number of contacts and not a time, so that a replay merges the same points.
 inline constexpr std::uint32_t kContactBudget = 768;
 
-/// Contacts of shape A with shape B, searched in each step. The surface points of a shape are stored in a tree. For
-/// each far part of the tree, a lower bound of its distance is stored. The part is not searched again before the shapes
-/// have moved by that distance.
+/// Contacts of shape A with shape B, searched in each step. The surface points of each shape are stored in a tree. A
+/// subtree of far points has a lower bound of its distance to the other shape. It is not searched again until the
+/// shapes have moved by this bound.
 ///
-/// Model   Surface points of each shape are sampled in the distance field of the other, each for half of its area.
+/// Model   The surface points of each shape are sampled in the distance field of the other, each for half of its area.
 ///         There are two exceptions:
 ///         1. On a flat part of the larger shape, only the smaller shape's points are used, with their whole area.
 ///            Otherwise, the few points of the larger shape beside the edges of a small tip would push the tip
-///         sideways.
-///         2. A shape whose points are farther apart than 0.5 mm (a large primitive) contributes its feature points
-///            only.
-///            The other shape's points then count with their whole area
+///            sideways.
+///         2. A shape whose points are farther apart than 0.5 mm (a large primitive) contributes only its feature
+///            points. The points of the other shape then count with their whole area
 /// Thread  any, one at a time
 class ContactPair {
  public:
@@ -42,9 +41,10 @@ class ContactPair {
   /// Finds every surface point that is in contact or has a gap below `band_m`. The bristle (friction state) of a point
   /// that was in contact in the last step is rotated with B.
   ///
-  /// If more points are near than the budget allows, a point may be found late. Its depth_m then grows by 10 µm a step
-  /// plus the point's own motion, up to the rigid depth (beyond which contact is as stiff as the step allows). Depths
-  /// are limited in this way until the budget suffices again and no point exceeds its limit.
+  /// If more points are near than the budget allows, a point in contact may be found some steps late. Its depth_m then
+  /// does not begin with its full value. It grows by 10 µm a step plus the point's motion, up to the rigid depth,
+  /// beyond which contact is as stiff as the step allows. This limit applies until the budget suffices again and no
+  /// contact is deeper than its limit.
   ///
   /// Model   1. While the budget suffices, force, moment and stiffness depend on the current poses only.
   ///         2. The points of a leaf of the tree (8 at most) are merged if their depths are equal within 1 µm.
@@ -60,11 +60,12 @@ class ContactPair {
   /// Fails   no contact for a pose that is not finite
   ContactWork find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
 
-  /// Corrects the contacts of the last find() where other nearby shapes cover the surface of A or B, so that contact is
-  /// with the union of the shapes. Call it once after each find(), with the same poses.
+  /// Corrects the contacts of the last find() for shapes that touch or overlap A or B, for example a second box flush
+  /// with a first one. The result is the contact with the union of the shapes: where another shape covers the surface
+  /// of A or B, there is no contact. Call it once after each find(), with the same poses.
   ///
-  /// In      beside_a  other shapes near B that are beside A; overwritten
-  ///         beside_b  other shapes near A that are beside B; overwritten
+  /// In      beside_a  shapes that form a union with A and are near B; overwritten
+  ///         beside_b  shapes that form a union with B and are near A; overwritten
   void join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape> beside_a,
             std::span<PlacedShape> beside_b) noexcept;
 
@@ -92,7 +93,7 @@ class ContactPair {
   const ContactShape* b_ = nullptr;
   std::uint32_t budget_;
   bool is_a_primary_ = true;
-  bool is_mutual_ = false;  ///< both shapes contribute all of their points; false: only the primary shape does
+  bool is_mutual_ = false;  ///< true: both shapes contribute all of their points; false: only the primary shape
   double plane_share_ = 1;  ///< fraction of the area of a primary point on a flat part of the other shape
   ShellCandidates primary_;
   ShellCandidates other_;
@@ -102,7 +103,7 @@ class ContactPair {
   std::size_t first_of_other_before_ = 0;
   double deepest_m_ = 0;  ///< depth of the deepest contact of the last find(); infinite: not known
   /// True if the last search was coarse (limited by the budget), or if limit_depths() reduced the depth of a contact.
-  /// Depths are then limited after the next search, even if that search is not coarse.
+  /// The next find() then limits depths, even if its own search is not coarse.
   bool is_catching_up_ = false;
   Pose X_BA_before_;
   Eigen::Matrix3d turn_of_b_ = Eigen::Matrix3d::Identity();  ///< rotation of B since the previous find()

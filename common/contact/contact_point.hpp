@@ -16,10 +16,13 @@ struct ContactPoint {
   /// State of friction: tangential displacement of A relative to B since the contact began to stick. The solver updates
   /// it.
   Vec3 bristle_W = Vec3::Zero();
-  /// Identity of the contact, constant from step to step: the index of its point in the shell, or of the first of
-  /// several merged points. The bit kOtherDirection marks points of the shape that is searched second, usually the one
-  /// with the larger surface. The bit kClosedForm marks a contact without shell points: a part of a ball (numbered from
-  /// the deepest point outwards) or of a rod (RodContacts).
+  /// Identity of the contact, constant from step to step:
+  /// * Contact of one shell point: the index of the point.
+  /// * Contact of several points: the index of the first one.
+  /// * With the bit kOtherDirection: the points belong to the shape that is searched second, usually the one with the
+  ///   larger surface.
+  /// * With the bit kClosedForm: the contact has no shell points. It is a part of a ball, numbered from the deepest
+  ///   point outwards, or of a rod (RodContacts).
   std::uint32_t id = 0;
   /// Number of consecutive shell points, beginning with `id`, that the contact represents. A slice of a face inherits
   /// the friction of these points.

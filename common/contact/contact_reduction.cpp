@@ -13,12 +13,12 @@ constexpr int kMost = static_cast<int>(kReducedContacts);
 // A matrix of at most 16 columns that needs no heap memory.
 using Columns6 = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMost>;
 
-// Number of passes of shared_out(), which divides the contacts among the groups, and of bend(), which corrects the
-// lines of force. On 15 kinds of patches, more passes changed the result little.
+// Number of calls of shared_out(), which divides the contacts among the groups, and of bend(), which corrects the
+// groups' lines of force. More calls changed the result little (tried on 15 kinds of patches).
 constexpr int kSharings = 2;
 constexpr int kBendings = 3;
-// Added to squared distances between groups and contacts, which are in units of the patch's radius. Below about this
-// distance, two groups share a contact nearly evenly.
+// Added to the squared distance between a group and a contact, in units of the patch's radius. A contact is divided
+// nearly evenly among groups that are nearer than about the root of this value.
 constexpr float kBlur = 0.05F;
 // Fraction of the trace below which an eigenvalue is regarded as a rounding error.
 constexpr double kEigenRounding = 1e-13;
@@ -30,7 +30,8 @@ void add(ContactWrench& net, const Vec3& r, const Vec3& normal, const Vec3& forc
   Vec6 line;
   line << normal, r.cross(normal);
   net.derivative -= stiffness * line * line.transpose();
-  // A displaced contact changes the lever of its force: δp × f = −f × δt − f × (δθ × r).
+  // Change of the torque by the displacement δp of the contact: δp × f = −f × δt − f × (δθ × r). ContactWrench defines
+  // the symbols.
   const Eigen::Matrix3d force_cross = cross_matrix(force);
   net.derivative.bottomLeftCorner<3, 3>() -= force_cross;
   net.derivative.bottomRightCorner<3, 3>() += force_cross * cross_matrix(r);
@@ -92,14 +93,14 @@ Mat6 applied(const Mat6& matrix, Function function) {
 }
 
 Mat6 root(const Mat6& matrix) {
-  // An eigenvalue that is only a rounding error counts as zero. Its root could be 1e8 times larger than the error, and
-  // would widen a patch whose contacts are on a line.
+  // An eigenvalue that is only a rounding error is replaced by zero. Its root could be 1e8 times larger than the error.
+  // If the contacts of a patch are on a line, this would widen the patch.
   const double zero = kEigenRounding * matrix.trace();
   return applied(matrix, [zero](double value) { return value > zero ? std::sqrt(value) : 0.0; });
 }
 
-// Returns the start positions of the groups: corners ±1 in six dimensions with mean 0 and covariance 1. With 16
-// corners, the third moments vanish too.
+// Returns the start positions of the groups, one column each, before they are stretched. The components are ±1 in six
+// dimensions (three of position, three of normal). Mean 0, covariance 1. With 16 groups, the third moments are 0, too.
 Columns6 pattern(int count) {
   Columns6 corners(6, count);
   for (int i = 0; i < count; ++i) {
@@ -132,8 +133,8 @@ struct Groups {
 // their errors.
 using Numbers = Eigen::Array<float, kMost, 1>;
 
-// Divides `whole`, the stiffness of one contact, among the groups. `z` is the position and normal of the contact; `at`
-// has those of the groups, one row of Groups::spread in each element. The fractions sum to `whole`.
+// Divides the stiffness `whole` of one contact among the groups, and returns their fractions, whose sum is `whole`. `z`
+// is the position and normal of the contact. at[i] has component i of the positions and normals of all groups.
 Numbers shares(const std::array<Numbers, 6>& at, const Eigen::Matrix<float, 6, 1>& z, float whole) {
   Numbers squared = Numbers::Constant(kBlur);
   for (std::size_t row = 0; row < 6; ++row) squared += (at[row] - z[static_cast<int>(row)]).square();
@@ -181,9 +182,10 @@ Groups grouped(std::span<const ContactPoint> contacts, double stiffness_n_per_m3
   return groups;
 }
 
-// Moves the groups' lines of force w = (n, r × n) to the nearest lines whose stiffness matrix Σ s w wᵀ equals that of
-// all contacts (`wanted_root` is the root of that matrix). The pitch of the new lines, a moment along the line, is
-// dropped. The normals are not of unit length: their lengths contain a part of the stiffness.
+// Changes the groups' lines of force w = (n, r × n) as little as necessary so that their stiffness matrix Σ s w wᵀ
+// equals that of all contacts. `wanted_root` is the root of the wanted matrix. A new line may have a moment along its
+// own direction, as a screw has. No single force has such a moment, so it is omitted. The lengths of the new normals
+// are not 1 but contain a part of the stiffness.
 void bend(Groups& groups, const Mat6& wanted_root) {
   const int count = groups.count();
   Columns6 lines(6, count);
@@ -219,8 +221,8 @@ void write_contacts(const Groups& groups, const PatchMoments& m, std::span<Reduc
   }
 }
 
-// Corrects the remaining error of the wrench. Equal forces at all contacts correct the net force. Forces like those of
-// a rotation about the mean point correct the moment.
+// Adds a small force to each contact, so that the net wrench becomes exact. The same force at all contacts corrects the
+// net force. A force ω × r at each position r, with one vector ω, corrects the moment.
 void correct_wrench(std::span<ReducedContact> contacts, const PatchMoments& m) {
   Vec3 middle = Vec3::Zero();
   for (const ReducedContact& contact : contacts) middle += contact.p_W / static_cast<double>(contacts.size());
@@ -231,8 +233,8 @@ void correct_wrench(std::span<ReducedContact> contacts, const PatchMoments& m) {
     missing = missing - Wrench{contact.force_on_a_W, r.cross(contact.force_on_a_W)};
     inertia += r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose();
   }
-  // Contacts on one line have no moment about it. The eigenvalue for the direction of the line is zero and is not
-  // inverted.
+  // If all contacts are on one line, they have no moment about the line. The eigenvalue for its direction is then zero
+  // and must not be inverted.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
   const double zero = kEigenRounding * inertia.trace();
   const Vec3 inverse = axes.eigenvalues().unaryExpr([zero](double value) { return value > zero ? 1 / value : 0.0; });

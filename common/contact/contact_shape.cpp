@@ -24,13 +24,13 @@ namespace {
 // margin, because even a rigid contact yields a little.
 constexpr double kRigidShare = 0.4;
 static_assert(kRigidShare * kMaxHalfThickness >= kMaxRigidDepth);
-// Fraction of a surface that is ignored when the thickness for the rigid depth is computed: the thinnest places. Tips
-// of wedges and spikes have no minimum thickness.
+// Fraction of the surface, its thinnest parts, that is ignored for the rigid depth. Tips of wedges and spikes, for
+// example, have no minimum thickness.
 constexpr double kThinShare = 0.02;
-// Points inside another part of the shape are omitted. A point is inside if its depth in the field exceeds this
+// Points that are inside another part of the shape are omitted. A point counts as inside if its depth exceeds this
 // multiple of the field's error.
 constexpr double kBuriedErrors = 2;
-// Gradients shorter than this occur only on creases of the field, between two faces that are less than a cell apart. A
+// Gradients below this length occur only on creases of the field, between two faces that are less than a cell apart. A
 // distance grid returns gradients of length 0.1 there.
 constexpr double kShortGradient = 0.101;
 // Maximum rounding error of points' coordinates in single precision, as a fraction of the spacing of points.
@@ -96,8 +96,8 @@ std::shared_ptr<ContactShape> make_primitive(std::shared_ptr<const DistanceField
   return shape;
 }
 
-/// Returns whether a surface point is in the interior of a flat part: on a plane that equals the field in a box around
-/// the point.
+/// Returns whether a surface point is inside a flat part of the surface, away from its edges: it is on a plane that
+/// equals the field in a box around the point.
 bool is_inside_of_plane(const DistanceField& field, const ShellPoint& point) {
   const std::span<const FieldPlane> planes = field.planes();
   if (planes.empty()) return false;
@@ -125,7 +125,7 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
     const double length = gradient.norm();
     return gradient.dot(normal) < -0.5 * (length < kShortGradient ? length : 1);
   };
-  // Two successive samples must be opposite, because the gradient on a crease of the field is arbitrary.
+  // Two successive samples must have an opposite gradient, because a single sample on a crease has an arbitrary one.
   bool was_opposite = false;
   for (int i = 1; i <= steps + 1; ++i) {
     const bool is_opposite = is_opposite_at(limit_m * i / steps);
@@ -144,7 +144,8 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
   return std::numeric_limits<double>::infinity();
 }
 
-/// Returns the half thickness that is exceeded on the whole surface, except for the fraction kThinShare.
+/// Returns the half thickness of the shape's thin parts. It is exceeded on the whole surface except for the fraction
+/// kThinShare.
 double thin_half_thickness(const DistanceField& field, const PointShell& shell) {
   const std::size_t most_samples = 20'000;
   const double limit_m = kMaxHalfThickness;

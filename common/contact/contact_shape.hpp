@@ -22,8 +22,8 @@ namespace tandem::contact {
 struct ContactShape {
   std::shared_ptr<const DistanceField> field;
   PointShells shells;
-  /// Surface points outside the interiors of flat parts (planes of the field). In such an interior, only the points of
-  /// the other shape of a pair are sampled. Empty if no surface point is in such an interior.
+  /// Surface points that are not inside a flat part (a plane of the field), away from its edges. Inside flat parts, the
+  /// search samples only the points of the other shape. Empty if all surface points must be sampled.
   std::optional<PointShell> off_planes;
   Vec3 low_S = Vec3::Zero();  ///< bounding box of the points
   Vec3 high_S = Vec3::Zero();
@@ -47,10 +47,10 @@ inline constexpr std::size_t kMaxShapeBytes = std::size_t{128} << 20U;
 /// Default compression level of zstd (range 1 to 22).
 inline constexpr int kPackingLevel = 12;
 inline constexpr double kMaxRigidDepth = 5e-4;
-/// Limit of the measured half thickness. In thicker places, contact is rigid at kMaxRigidDepth anyway.
+/// Limit up to which the half thickness is measured. In thicker parts, the rigid depth is kMaxRigidDepth anyway.
 inline constexpr double kMaxHalfThickness = 1.25e-3;
-/// Minimum of the rigid depth, even for very thin shapes. With a single contact, a hand presses about five times as
-/// deep.
+/// Minimum of the rigid depth, even for very thin shapes. A hand that presses on a single contact reaches about five
+/// times this depth.
 inline constexpr double kMinRigidDepth = 5e-5;
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options = {});

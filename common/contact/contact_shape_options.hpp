@@ -12,9 +12,9 @@ inline constexpr double kMinCell_m = 1e-5;
 struct ContactShapeOptions {
   // Resolution of the sampled distances to a mesh.
   double cell_m = 8e-4;       ///< largest cell edge near the surface; cells are halved up to twice where needed
-  double tolerance_m = 3e-5;  ///< cells are halved where the interpolation error near the surface exceeds this
-  double band_m = 2.5e-3;     ///< distances up to this (inside and outside) are sampled at full resolution
-  /// Limit of the grid's memory. If it is exceeded, the cells are widened, and the error grows in proportion to their
+  double tolerance_m = 3e-5;  ///< cells are halved where the interpolation error near the surface exceeds this value
+  double band_m = 2.5e-3;     ///< distances up to this value, inside and outside, are sampled at full resolution
+  /// Limit of the grid's memory. A grid that would exceed it gets wider cells; its error grows in proportion to their
   /// size.
   std::size_t max_grid_bytes = std::size_t{48} << 20U;
   int threads = 2;  ///< threads that build the grid
@@ -26,9 +26,11 @@ struct ContactShapeOptions {
   /// this angle.
   double feature_angle_deg = 25;
   double feature_spacing_m = 2.5e-4;
-  double feature_height_m = 5e-5;  ///< a vertex protruding from the sampled surface by more than this becomes a point
+  /// A vertex that protrudes from the sampled surface by more than this height becomes a point of its own.
+  double feature_height_m = 5e-5;
 #ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-  std::size_t max_points = 400'000;  ///< limit of evenly spaced points, kept by a wider spacing; bumps may add 25 %
+  /// Maximum number of evenly spaced points. If more are needed, the spacing is widened. Bumps may add 25 %.
+  std::size_t max_points = 400'000;
 #else
   std::size_t max_points = 1'000;  ///< small limit for fuzzing, where thousands of scenes are built
 #endif

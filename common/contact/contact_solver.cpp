@@ -217,8 +217,8 @@ void ContactSolver::Impl::use_free_flight(std::span<IslandPatch> touched, std::s
   for (IslandCoupling& coupling : coupled) coupling.is_void = true;
 }
 
-/// Computes the forces of contacts between prescribed and immovable bodies. The given velocities determine these
-/// forces.
+/// Computes the forces of contacts between two bodies whose motion does not depend on forces (static or prescribed).
+/// The given velocities determine these forces.
 void ContactSolver::Impl::solve_unyielding() noexcept {
   for (IslandPatch& patch : of_island(patches, kUnyielding)) {
     patch.on_a_W = rows.evaluate(patch.terms, relative_twist(patch), FrictionLimit::kFollows);

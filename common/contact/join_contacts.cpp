@@ -1,4 +1,5 @@
-// Corrects the contacts of a pair of shapes where other shapes cover the surface of the pair.
+// ContactPair::join(): removes or corrects contacts at places where a third shape covers the surface of one of the two
+// shapes.
 #include <algorithm>
 
 #include "common/contact/contact_pair.hpp"
@@ -49,8 +50,8 @@ void ContactPair::join(const Pose& X_WA, const Pose& X_WB, std::span<PlacedShape
   first_of_other_ = kept_before_other;
 }
 
-// Transfers the bristle (friction state) again to a contact whose normal was changed. find() had removed the component
-// of the bristle along the old normal.
+// Transfers the bristle (friction state) of the previous step again to a contact whose normal was changed. find() has
+// removed the bristle's component along the old normal, but that component may be tangential to the new normal.
 void ContactPair::carry_bristle_again(std::size_t index, bool is_first_direction) noexcept {
   const std::size_t begin = is_first_direction ? 0 : first_of_other_before_;
   const std::size_t end = is_first_direction ? first_of_other_before_ : before_.size();

@@ -5,7 +5,7 @@
 namespace tandem::contact {
 namespace {
 
-/// The point nearest to the other shape's surface, among the points of a shell searched so far.
+/// Among the points of a shell searched so far, the one with the smallest distance to the other shape's surface.
 struct Nearest {
   double distance_m = 0;
   Vec3 p_S = Vec3::Zero();  ///< position of the point in the frame of its shell
@@ -39,8 +39,8 @@ bool has_deeper(const PointShell& shell, const DistanceField& field, const Pose&
   while (index < shell.nodes.size()) {
     const ShellNode& node = shell.nodes[index];
     const double depth = -field.distance_m(X_FS * node.centre_S.cast<double>());
-    // The node's ball contains its points, and a distance changes at most as fast as the position. If the centre is
-    // deeper than `depth_m` by more than the radius, all points are deeper than `depth_m`.
+    // Along the node's ball, the depth differs from that at its centre by at most the radius. If the centre is deeper
+    // than `depth_m` by more than the radius, so are all points of the node.
     if (depth > depth_m + node.radius_m) return true;
     const bool may_be_deeper = depth + node.radius_m > depth_m;
     if (may_be_deeper && node.is_leaf) {
@@ -97,8 +97,8 @@ bool boxes_are_near(const ContactShape& a, const Pose& X_WA, const ContactShape&
 
 double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                         double limit_m) noexcept {
-  // A sample may be up to one spacing beside the nearest point of its surface. The search distance is therefore
-  // increased by the spacings of both shells.
+  // The point of a shell that is found may be up to one spacing away from the nearest point of the surface. The search
+  // distance is therefore increased by the spacings of both shells.
   const double reach = limit_m + a.shells.surface.spacing_m + b.shells.surface.spacing_m;
   const Pose X_BA = X_WB.inverse() * X_WA;
   const Pose X_AB = X_BA.inverse();

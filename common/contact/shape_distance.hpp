@@ -7,16 +7,17 @@ namespace tandem::contact {
 
 /// Returns the gap between the surfaces. It is negative if they overlap, and infinite if it exceeds `limit_m`.
 ///
-/// Model   Smallest distance of a point of either shell in the other shape's field, found by branch and bound over the
-///         trees of the shells. It is refined by alternating projections onto both surfaces (von Neumann). Overlap is
-///         accurate to the spacing of the shells' points
+/// Model   1. The point of either shell with the smallest distance in the other shape's field is found by branch and
+///            bound in the trees of the shells.
+///         2. For a gap, the distance is refined: the point is projected alternately onto both surfaces (von Neumann).
+///         Overlap is not refined, so it is accurate only to the spacing of the points
 /// Thread  any; no allocation
 double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                         double limit_m) noexcept;
 
 /// Returns whether a surface point of either shape is deeper than `depth_m` inside the other.
 ///
-/// Cost    stops at the first such point, so for deep overlap it takes much less time than shape_distance_m()
+/// Cost    less than shape_distance_m() for deep overlap, because it stops at the first such point
 bool overlaps(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
               double depth_m) noexcept;
 

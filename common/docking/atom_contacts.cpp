@@ -42,8 +42,8 @@ bool is_heavy(const Molecule& molecule, std::size_t atom) {
   return !is_hydrogen(molecule, atom);
 }
 
-/// Spatial hash of points. A cell is as wide as the search distance, so all neighbours of a point are in the 27 cells
-/// at and around its own cell.
+/// Spatial hash of points. A cell is as wide as the search distance. All neighbours of a point are therefore in its own
+/// cell or in one of the 26 cells around that cell.
 class Cells {
  public:
   explicit Cells(double width) : width_(width) {}
@@ -85,7 +85,8 @@ class Cells {
   std::vector<Entry> points_;
 };
 
-/// Returns the pairs of an atom from `of_a` and an atom from `of_b` within `distance` [Å].
+/// Returns the pairs of atoms within `distance` [Å], one of A and one of B. Only the atoms with the indices `of_a` and
+/// `of_b` are considered.
 AtomPairs near(const Molecule& a, const std::vector<std::size_t>& of_a, const Molecule& b,
                const std::vector<std::size_t>& of_b, const Pose& X_AB, double distance) {
   AtomPairs pairs;
@@ -107,7 +108,8 @@ AtomPairs near(const Molecule& a, const std::vector<std::size_t>& of_a, const Mo
   return pairs;
 }
 
-/// Returns, for each hydrogen, the N or O to which it is covalently bound, or nothing.
+/// Returns the donor of each hydrogen: the N or O atom to which it is covalently bound. Empty for a hydrogen without
+/// such a bond, and for all other atoms.
 std::vector<std::optional<std::size_t>> donors(const Molecule& molecule, const std::vector<std::size_t>& hydrogens,
                                                const std::vector<std::size_t>& polar) {
   std::vector<std::optional<std::size_t>> donors(molecule.size());

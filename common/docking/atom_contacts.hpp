@@ -21,9 +21,10 @@ AtomPairs atom_contacts(const Molecule& a, const Molecule& b, const Pose& X_AB_a
 
 /// Returns the hydrogen bonds between the molecules, as pairs (atom of A, atom of B). Either atom may be the donor.
 ///
-/// Model   N or O with a hydrogen within 1.25 Å is a donor; any N or O is an acceptor. In a bond the distance H···A is
-///         at most 2.5 Å and the angle D−H···A at least 120°. For a molecule without hydrogens, its N and O atoms bond
-///         to every N and O of the other molecule within 3.5 Å
+/// Model   A donor is an N or O atom with a hydrogen H within 1.25 Å; an acceptor is any N or O atom. A hydrogen
+///         bond has a distance of at most 2.5 Å between H and the acceptor, and an angle donor−H···acceptor of at least
+///         120°. The N and O atoms of a molecule without hydrogens bond to every N and O atom of the other molecule
+///         within 3.5 Å
 /// Source  Baker, Hubbard, Prog. Biophys. Mol. Biol. 44 (1984) 97: distance and angle; 3.5 Å is the usual limit for
 ///         heavy atoms
 AtomPairs hydrogen_bonds(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom);
@@ -31,8 +32,12 @@ AtomPairs hydrogen_bonds(const Molecule& a, const Molecule& b, const Pose& X_AB_
 /// Classification of two atoms that are closer than non-bonded atoms usually are.
 enum class Closeness {
   kClash,
-  kHydrogenBond,  ///< a hydrogen on N or O, at least 1.3 Å from an N or O of the other molecule
-  kBond,          ///< heavy atoms at the distance of a covalent bond; such a pair belongs in one molecule
+  /// A possible hydrogen bond: the hydrogen of an N or O atom, at least kMinHydrogenBondAngstrom from an N or O atom of
+  /// the other molecule.
+  kHydrogenBond,
+  /// Two non-hydrogen atoms at the distance of a covalent bond. Bound atoms belong in one molecule, so the division
+  /// into two molecules is wrong.
+  kBond,
 };
 
 struct CloseAtoms {

@@ -1,4 +1,5 @@
-// Van der Waals and covalent radii of the elements. They give the minimum distance of atoms without and with a bond.
+// Van der Waals and covalent radii of the elements. The sum of two van der Waals radii is the usual minimum distance of
+// unbound atoms; the sum of two covalent radii is the length of a bond.
 #pragma once
 
 #include <cstddef>

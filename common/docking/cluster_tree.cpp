@@ -13,10 +13,11 @@ namespace {
 
 /// Coordinate [Å] for the unused children of a node. It is beyond any cut-off, and its square is a finite float.
 constexpr float kNowhere = 1e18F;
-/// Sets with at most this number of atoms are not split further. It is the width of the smallest vector register:
-/// splitting down to it keeps the atoms of a register close together, so that fewer registers are within the cut-off.
+/// Sets with at most this number of atoms are not split further. The number is the width of the smallest vector
+/// register. The atoms in a register are thus close together, so that fewer registers have atoms within the cut-off.
 constexpr std::size_t kFewest = 4;
-/// Candidate directions of a split: the three axes and, for at most kMaxOblique points, the diagonals too.
+/// Candidate directions of a split: the three axes, followed by the diagonals. Diagonals are tried only for sets of at
+/// most kMaxOblique points.
 constexpr std::array<std::array<int, 3>, 13> kDirections{{{1, 0, 0},
                                                           {0, 1, 0},
                                                           {0, 0, 1},
@@ -44,8 +45,8 @@ void store_box(const Eigen::AlignedBox3d& box, float* centre, float* half, std::
   }
 }
 
-/// Returns the approximate volume [Å³] of the region within 8 Å of the box. Only atoms of the other molecule in this
-/// region can form pairs with the atoms in the box.
+/// Returns the approximate volume [Å³] of the region within 8 Å of the box. It measures the cost of the atoms in the
+/// box, because only atoms of the other molecule in this region can form pairs with them.
 double reach_of(const Eigen::AlignedBox3d& box) {
   constexpr double kReach = 8;
   const Vec3 side = box.sizes();
@@ -96,8 +97,8 @@ ClusterTree::ClusterTree(std::span<const Vec3> points) : order_(points.size()) {
   box_ = bounds.front();
 }
 
-// If two points are equally far along the direction, their indices decide, so that every machine builds the same
-// clusters.
+// Reorders the points [begin, end) such that those before `middle` are lower along the direction `along` than the
+// others. If two points are equally far along it, their indices decide, so that every machine builds the same clusters.
 void ClusterTree::halve(std::span<const Vec3> points, const Vec3& along, std::size_t begin, std::size_t middle,
                         std::size_t end) {
   const auto comes_first = [&points, &along](std::uint32_t i, std::uint32_t j) {
@@ -120,7 +121,8 @@ void ClusterTree::split(std::span<const Vec3> points, std::size_t begin, std::si
   if (count <= kFewest) return std::sort(at(begin), at(end));
   std::size_t child = count <= kLanes ? std::bit_ceil(count) / 2 : kLanes;
   while (child * kChildren < count) child *= kChildren;
-  // The left part consists of full children only. The chosen direction minimises the sum of reach_of() over both parts.
+  // Divides the set into two parts; the first part consists of full children only. The chosen direction minimises the
+  // sum of reach_of() over both parts.
   const std::size_t children = (count + child - 1) / child;
   const std::size_t middle = begin + children / 2 * child;
   double least = std::numeric_limits<double>::infinity();

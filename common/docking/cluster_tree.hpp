@@ -15,10 +15,11 @@ namespace tandem::docking {
 /// Returns the box of one child [Å].
 Eigen::AlignedBox3d child_box(const ChildBoxes& boxes, std::size_t child) noexcept;
 
-/// Bounding-volume tree over points. Each leaf has kLanes atoms (the last may have fewer), and each node has kChildren
-/// children. The splits keep each part compact, so that few atoms of the other molecule are close to it. Within a leaf,
-/// the atoms are ordered by further splits, down to the registers of a kernel. All nodes are full except the last of
-/// each level, so child l of node n has the index kChildren · n + l in its level.
+/// Bounding-volume tree over points. Each leaf has kLanes atoms, and each node has kChildren children; only the last
+/// leaf, and the last node of each level, may have fewer. Child l of node n in a level therefore has the index
+/// kChildren · n + l among all children of this level.
+/// The splits keep each part compact, so that few atoms of the other molecule are close to it. The atoms within a leaf
+/// are split in the same way, down to the registers of a kernel.
 class ClusterTree {
  public:
   /// Cost    one second for 200,000 points
@@ -50,8 +51,8 @@ class NeighbourSearch {
   /// In      near_children  a kernel whose instruction set the CPU supports
   NeighbourSearch(const ClusterTree& a, const ClusterTree& b, NearChildren near_children);
 
-  /// For each leaf of B with close leaves of A, calls found(leaf of B, close leaves of A), in ascending order. A leaf
-  /// of A is close if the distance of the two bounding boxes is within the cut-off.
+  /// Calls found(leaf of B, close leaves of A) for each leaf of B that has close leaves of A. Both are in ascending
+  /// order. Two leaves are close if the distance of their bounding boxes is within the cut-off.
   /// Cost    proportional to the nodes near the interface; no allocation
   template <class Found>
   void run(const Pose& X_AB, double cutoff, const Found& found) {
@@ -74,8 +75,8 @@ class NeighbourSearch {
   std::span<const std::uint32_t> near(std::size_t level, std::span<const std::uint32_t> nodes,
                                       const Eigen::AlignedBox3d& box) noexcept;
 
-  /// Searches below a node of B. `candidates` are the nodes of A in the same level that are close to this node. If A's
-  /// tree has fewer levels, the root of A is the only candidate.
+  /// Searches for close leaves below node `node` of B in level `level`. `candidates` are the nodes of A in the same
+  /// level that are close to this node of B. If A's tree has fewer levels, the root of A is the only candidate.
   template <class Found>
   void visit(std::size_t level, std::uint32_t node, std::span<const std::uint32_t> candidates, const Found& found) {
     const bool is_above_a = level >= a_.levels().size();

@@ -13,7 +13,8 @@ namespace {
 constexpr double kFarthestAngstrom = 1e9;
 constexpr double kUnitTolerance = 1e-3;
 
-/// Central force of one pair of atoms. The force on b is push · (p_b − p_a), so `push` is the force divided by r.
+/// Central force of one pair of atoms a and b at the positions p_a and p_b. The force on b is push · (p_b − p_a), so
+/// `push` is the force divided by the distance r.
 struct Central {
   double energy = 0;
   double push = 0;
@@ -59,8 +60,8 @@ Central combined(double k1, const Central& one, double k2, const Central& two) {
   return {k1 * one.energy + k2 * two.energy, k1 * one.push + k2 * two.push, k1 * one.push_slope + k2 * two.push_slope};
 }
 
-/// Extrapolates a pair to a distance inside the core, the range below the core radius (see exact_field()). `at_core` is
-/// the pair's energy and force at the core radius.
+/// Extrapolates a pair from the core radius to a smaller distance (see exact_field()). `at_core` is the energy and
+/// force at the core radius, `core2` the squared core radius, and `r2` the squared distance.
 Central inside_core(Central at_core, double core2, double r2) {
   at_core.energy += 0.5 * at_core.push * (core2 - r2);
   at_core.push_slope = 0;
@@ -114,8 +115,9 @@ Eigen::Matrix3d skew(const Vec3& v) {
   return m;
 }
 
-/// Adds the gradient of one atom of B with the given stiffness K, lever arm and force f. δx and δθ are the displacement
-/// and rotation of B: δp = δx + δθ × arm, δf = K (δx − [arm] δθ), δτ = arm × δf + (δθ × arm) × f.
+/// Adds the gradient of one atom of B, with the stiffness K, the lever arm and the force f of the atom. For a
+/// displacement δx and a rotation δθ of B, the atom moves by δp = δx + δθ × arm. This changes its force by δf = K (δx −
+/// [arm] δθ), and its torque on B by δτ = arm × δf + (δθ × arm) × f. [arm] is the cross-product matrix of arm.
 void add_gradient(Matrix6& gradient, const Eigen::Matrix3d& stiffness, const Vec3& arm, const Vec3& force) {
   const Eigen::Matrix3d lever = skew(arm);
   const Eigen::Matrix3d by_rotation = -stiffness * lever;

@@ -33,11 +33,11 @@ struct ExactDetails {
 ///           σ_ij  √(σ_i σ_j), or (σ_i + σ_j)/2 (Molecule::mixes_arithmetically)
 ///           k, q  Coulomb's constant, charges
 ///           ε_r   relative permittivity: a constant, or proportional to the distance r
-///         The core is the range r < r_c with the core radius r_c: for Lennard-Jones terms σ_ij/4, where V is 6.7e7
-///         ε_ij; for charges 0.8 Å. Inside the core V continues along its tangent in r², so the force is f(r_c)·d/r_c
-///         with the vector d between the atoms. The force of overlapping atoms is therefore huge but finite, and it is
-///         the gradient of V. Two coincident atoms have no force, because they define no direction. With a cut-off each
-///         power of r is force-switched (ForceSwitch)
+///         Core: the range r < r_c below the core radius r_c. For Lennard-Jones terms r_c is σ_ij/4, where V is 6.7e7
+///         ε_ij; for charges it is 0.8 Å. Inside the core V is continued as its tangent in r². The force is then
+///         f(r_c)·d/r_c, with the vector d between the atoms. The force of overlapping atoms is therefore huge but
+///         finite, and it is the gradient of V. Two coincident atoms have no force, because they define no direction.
+///         Cut-off: with a cut-off, each power of r is force-switched (ForceSwitch)
 /// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: form and geometric mixing. The core is our addition
 /// In      X_AB  pose of B's frame in A's, position in Å. The results are zero for a pose that is not finite, not a
 ///         rotation, or farther than 1e9 Å

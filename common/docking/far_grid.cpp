@@ -20,13 +20,14 @@ using Node = Eigen::Vector4f;
 
 constexpr double kFadeAngstrom = 8;
 constexpr double kFinestAngstrom = 1, kCoarsestAngstrom = 3, kCoarser = 1.1;
-/// Limits of nodes × atoms, which is the cost of filling the grid. The spacing is chosen such that the first limit
-/// holds; at the coarsest spacing the second limit holds. The limits are constants, so all machines choose the same
-/// spacing.
+/// Limits of nodes × atoms, the cost of filling the grid. The finest spacing whose cost is within kMaxWork is chosen.
+/// If there is none, the coarsest spacing is used up to a cost of kMaxCoarsestWork. The limits are constants, so all
+/// machines choose the same spacing.
 constexpr double kMaxWork = 2.5e9, kMaxCoarsestWork = 6e9;
 /// Limit of the number of nodes; a grid of this size needs 64 MB.
 constexpr double kMaxNodes = 4e6;
-/// Number of nodes beyond the grid's range on each side. The spline needs one of them, and the filter one more.
+/// Number of nodes that are added beyond the grid's range at each end. One of them is needed by the spline, and the
+/// other by filter().
 constexpr std::size_t kBorder = 2;
 
 Box box_of(const Molecule& molecule) {
@@ -35,35 +36,37 @@ Box box_of(const Molecule& molecule) {
   return box;
 }
 
-/// While the molecules are at most this far apart, all atoms of B must be on the grid and outside its fading border.
+/// Gap between the molecules up to which all atoms of B must be on the grid, in the region where the potential is not
+/// faded.
 constexpr double kApproachAngstrom = 8;
 constexpr double kReachStepAngstrom = 4;
 
-/// Returns the factor by which the potential fades near the end of the grid. `reach` is the length of the grid beyond
-/// the interval [low, high]. The factor is 1 until kFadeAngstrom before the end, and then falls smoothly to 0.
+/// Returns the factor by which the potential fades near the ends of the grid along one axis. The grid extends by
+/// `reach` beyond the interval [low, high]. The factor is 1 until kFadeAngstrom before an end, and then falls smoothly
+/// to 0.
 double faded(double at, double low, double high, double reach) {
   const double beyond = std::max({low - at, at - high, 0.0});
   const double t = std::clamp((reach - beyond) / kFadeAngstrom, 0.0, 1.0);
   return t * t * (3 - 2 * t);
 }
 
-/// Nodes at least this far from all atoms are interpolated from a coarser lattice. The unit is the spacing H of that
-/// lattice. At this distance the six-node interpolation has a relative error of 2e-4 for r^−1 and 8e-4 for r^−2.
+/// Distance from all atoms from which on a node is interpolated from a coarser lattice, in spacings of that lattice. At
+/// this distance, the interpolation with six nodes has a relative error of 2e-4 for r^−1 and 8e-4 for r^−2.
 constexpr double kNearSpacings = 5;
-/// Half of the width of the six nodes used by the interpolation, in spacings. None of these nodes may be within the
-/// range of the force switch, where the potential is not a pure power of r.
+/// Half of the width of the six nodes used by the interpolation, in spacings of the coarser lattice. All six nodes must
+/// be outside the cut-off, because the potential within it is not a pure power of r.
 constexpr double kHalfwaySpacings = 2.5;
 /// Weights with which six equidistant nodes are interpolated at their midpoint.
 /// Source  Lagrange's polynomial of degree 5
 constexpr std::array<float, 6> kHalfway{3.0F / 256, -25.0F / 256, 150.0F / 256, 150.0F / 256, -25.0F / 256, 3.0F / 256};
-/// Number of nodes below which a lattice is not interpolated, because a coarser lattice would save no time.
+/// A lattice with fewer nodes is not interpolated, because a coarser lattice would save no time.
 constexpr std::size_t kFewNodes = 4096;
 
 /// Writes the potential at each of `places` to the node of the same index.
 using Potential = std::function<void(std::span<const Vec3> places, std::span<Node> nodes)>;
 
-/// Returns a function that computes the potential of all atoms of A. `constants` must outlive the function. The
-/// kernel's coordinates are relative to `centre`.
+/// Returns a function that computes the potential of all atoms of A. `constants` must outlive this function. Positions
+/// are converted to floats relative to `centre`, for precision.
 Potential potential_of(const Molecule& a, const FieldModel& model, const KernelModel& constants,
                        FarPointsKernel far_points, const Vec3& centre) {
   // One array each for x, y, z, c6, s3 and charge of the atoms (see Target).
@@ -140,8 +143,8 @@ class Lattice {
     }
   }
 
-  /// Converts node values to B-spline coefficients (see make_far_grid()). The resulting spline reproduces cubic
-  /// polynomials exactly.
+  /// Converts node values to B-spline coefficients (see make_far_grid()). For a cubic polynomial, the resulting spline
+  /// equals the polynomial exactly.
   void filter() {
     const std::array<std::size_t, 3> stride{1, count_[0], count_[0] * count_[1]};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -209,8 +212,9 @@ class Lattice {
     return {origin_ - Vec3::Constant(kBorder * wide), wide, count};
   }
 
-  /// Calls use(index in the coarser lattice, weight) for the nodes from which node i is interpolated along an axis. For
-  /// even i this is the coarser node at the same position. For odd i these are the six nearest nodes.
+  /// Calls use(index in the coarser lattice, weight) for each coarser node from which node i is interpolated along an
+  /// axis. For an even i this is the node at the same position. For an odd i, which lies half-way between two coarser
+  /// nodes, these are the six nearest nodes.
   template <class Use>
   static void from_coarser(std::size_t i, const Use& use) {
     const std::size_t below = kBorder + i / 2;
@@ -309,7 +313,8 @@ class FarGrid {
 
 namespace {
 
-/// All inputs that determine a grid's values: positions, σ, ε, charges, field, kernel and reach.
+/// Key of a grid: all inputs that determine its values. These are positions, σ, ε and charges of A, the field model,
+/// the kernel and the reach.
 using Source = std::tuple<std::vector<Vec3>, std::vector<double>, std::vector<double>, std::vector<double>, FieldModel,
                           FarPointsKernel, double>;
 
@@ -329,8 +334,8 @@ class Shelf {
  public:
   std::shared_ptr<Made> find_or_add(Source source) {
     const std::lock_guard lock(mutex_);
-    // Removes entries whose grid no longer exists. An entry that another thread holds (use_count > 1) may be in
-    // construction and is kept. No other thread can obtain an entry while mutex_ is locked.
+    // Removes entries whose grid no longer exists. An entry with use_count > 1 is kept: another thread uses it and may
+    // be computing its grid. While mutex_ is locked, no other thread can obtain an entry.
     std::erase_if(made_, [](const auto& made) {
       if (made.use_count() != 1) return false;
       const std::lock_guard own(made->mutex);
@@ -358,8 +363,8 @@ std::unique_ptr<FarGrid> empty_far_grid(const Molecule& a) {
   return coarsest->is_affordable(a.size(), kMaxCoarsestWork) ? std::move(coarsest) : nullptr;
 }
 
-/// Returns the reach of the grid [Å] (its length beyond A). If kMaxNodes allows, it is so long that no atom of B is in
-/// the fading border while the molecules are in contact.
+/// Returns the reach of the grid [Å], its length beyond the box around A's atoms. The reach is chosen such that no atom
+/// of B is in the fading border while the molecules are in contact, unless kMaxNodes forbids such a large grid.
 double reach_for(const Molecule& a, const Molecule& b, double spacing) {
   const Box box = box_of(b);
   double radius = 0;

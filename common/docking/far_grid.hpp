@@ -12,8 +12,8 @@
 
 namespace tandem::docking {
 
-/// Minimum length by which the grid extends beyond the box around A's atoms (its range). For a large molecule B the
-/// range is B's diameter plus 16 Å. The potential fades to zero over the last 8 Å of the range.
+/// Minimum reach: length by which the grid extends beyond the box around A's atoms. For a large molecule B, the reach
+/// is B's diameter plus 16 Å. The potential fades to zero over the last 8 Å.
 inline constexpr double kFarReachAngstrom = 40;
 
 /// Number of multiply-adds for one atom's look-up in the grid: 192 operations on 4 floats.
@@ -27,21 +27,22 @@ std::optional<double> far_grid_spacing_angstrom(const Molecule& a);
 
 /// Creates the grid, or returns an existing one for the same inputs.
 ///
-/// Model   V_far = V − V_cut, where V is the pair energy without and V_cut the one with the cut-off. Beyond the cut-off
-///         V_far is a power r^−α of the distance r. Within it V_far is the term that the force switch adds, which is
-///         constant below the start of the switch. V_far is smooth everywhere.
-///         Grid: each node at x has the sum Σ_i c_i V_far(|x − x_i|) over A's atoms i with coefficients c_i. Except for
-///         a factor this sum is the same for each atom of B, so three sums suffice: with c = q, √C6 and √C12. They use
-///         geometric mixing, even if the force field mixes arithmetically.
+/// Model   V_far = V − V_cut is the part of a pair's energy that the cut-off removes: V is the energy without the
+///         cut-off, and V_cut the energy with it. Beyond the cut-off V_far = V, a power r^−α of the distance r. Within
+///         the cut-off V_far is the term that the force switch subtracts from the energy; it is constant below the
+///         start of the switch. V_far is smooth everywhere.
+///         Grid: a node at x stores Σ_i c_i V_far(|x − x_i|), summed over A's atoms i at x_i with coefficients c_i. For
+///         each atom of B, this sum is only multiplied by a factor. Three sums therefore suffice: with c = q, √C6 and
+///         √C12. They imply geometric mixing, even if the force field mixes arithmetically.
 ///         Interpolation: cubic B-splines, whose coefficients are the node values filtered by (−1/6, 8/6, −1/6) along
-///         each axis. They are fourth-order accurate and twice differentiable. The force is the derivative of the
-///         interpolated energy
-/// In      b      molecule whose atoms are looked up in the grid; its size determines the grid's range
+///         each axis. The interpolation is fourth-order accurate and twice differentiable. The force is the derivative
+///         of the interpolated energy
+/// In      b      molecule whose atoms are interpolated in the grid; its size determines the grid's reach
 ///         model  must have a cut-off
 /// Out     null if far_grid_spacing_angstrom() is empty
-/// Cost    the number of nodes near A times the number of atoms: FIELDS.md; 16 B per node. All users in the process
-///         that need the same grid share it. So a room that is reset, or a second room with the same scene, need not
-///         compute it again
+/// Cost    time: number of nodes near A times number of atoms, see FIELDS.md. Memory: 16 B per node. All users in the
+///         process that need the same grid share it. A room that is reset, or a second room with the same scene, need
+///         not compute it again
 /// Thread  any
 std::shared_ptr<const FarGrid> make_far_grid(const Molecule& a, const Molecule& b, const FieldModel& model,
                                              const KernelModel& constants, FarPointsKernel far_points);

@@ -1,8 +1,9 @@
 // Interface of the vectorised field kernels, which are compiled once per instruction set.
 //
 // Only plain structs of pointers may be passed to a kernel, and this header must not include anything that defines
-// inline functions. Otherwise the linker could use the AVX-512 file's copy of an inline function in the whole program,
-// which would then stop with an illegal instruction on a CPU without AVX-512.
+// inline functions. Reason: a file compiled for AVX-512 contains its own copy of each inline function, and the linker
+// could use this copy in the whole program. On a CPU without AVX-512, the program would then stop with an illegal
+// instruction.
 #pragma once
 
 #include <cstddef>
@@ -12,9 +13,9 @@ namespace tandem::docking {
 
 /// Number of floats in the widest vector register. Atom counts of tiles are padded to a multiple of it.
 inline constexpr std::size_t kLanes = 16;
-/// Number of atoms that share one local origin (a tile). Atoms that are neighbours in a file are usually neighbours in
-/// space, so a tile spans only a few residues. A float coordinate relative to this origin has a precision of about 5e-7
-/// Å, for any size of the molecule.
+/// Number of atoms in a tile. The atoms of a tile have a common local origin. Neighbours in a file are usually
+/// neighbours in space, so a tile spans only a few residues. A float coordinate relative to the tile's origin has a
+/// precision of about 5e-7 Å, for any size of the molecule.
 inline constexpr std::size_t kTileAtoms = 128;
 /// Number of tiles after which the float sums are added to the double sums, to limit rounding errors.
 inline constexpr std::size_t kDrainTiles = 8;
@@ -34,7 +35,7 @@ struct Tile {
   SplitFloat origin[3];  ///< origin of the tile's float positions, the centre of its box [Å]
   float half[3] = {};    ///< half edge lengths of a box about the origin that contains all atoms [Å]
   float core2 = 0;       ///< upper bound of the squared core radii of all pairs [Å²]
-  /// beyond this squared distance from the origin, an atom of B is outside the cores of all atoms of the tile [Å²]
+  /// Squared distance from the origin beyond which an atom of B is outside the cores of all atoms of the tile [Å²].
   float reach2 = 0;
 };
 
@@ -55,7 +56,7 @@ struct Target {
 /// Coordinate of the padding atoms of B [Å].
 inline constexpr double kFarAwayAngstrom = 1e12;
 /// The atoms of molecule B in A's frame; those with a Lennard-Jones term come first. The arrays are padded to a
-/// multiple of kLanes by far-away atoms without parameters.
+/// multiple of kLanes by atoms without parameters at kFarAwayAngstrom.
 struct Probes {
   std::size_t lj_count = 0;
   std::size_t count = 0;
@@ -77,8 +78,8 @@ struct KernelModel {
   bool is_distance_dependent = false;
   bool is_arithmetic = false;  ///< whether the mixing rule of σ is arithmetic
   float charge_core_squared = 0;
-  // Coefficients of force_switch() for r^−12, r^−6 and the charge term (q), only for fields with a cut-off. Forces are
-  // switched off between start and cutoff [Å].
+  // Coefficients of force_switch(), only for fields with a cut-off: a12 etc. for r^−12, a6 etc. for r^−6, and aq etc.
+  // for the charge term. Forces are switched off between the distances `start` and `cutoff` [Å].
   float start = 0;
   float cutoff = 0;
   float a12 = 0, b12 = 0, c12 = 0;
@@ -93,9 +94,11 @@ struct FieldSums {
   double coulomb = 0;
   double force[3] = {};
   double torque[3] = {};
-  // Operation counts of a field with a cut-off: comparisons of an atom with a box (boxes), comparisons of two atoms
-  // (distances), and computed pairs. The kernel computes all pairs of a register if one of them is within the cut-off;
-  // all of these count.
+  // Numbers of operations in a field with a cut-off:
+  // * boxes: comparisons of an atom with the box of a tile
+  // * distances: comparisons of two atoms
+  // * pairs: computed pairs. If one pair of a register is within the cut-off, all pairs of the register are computed
+  //   and counted.
   std::size_t boxes = 0, distances = 0, pairs = 0;
   std::size_t on_grid = 0;  ///< number of atoms for which the far grid was evaluated
 };
@@ -114,7 +117,8 @@ using AllPairsKernel = void (*)(const Target&, const Probes&, const KernelModel&
 using NearKernel = void (*)(const Target&, const Probes&, const KernelModel&, const NearWork& work,
                             FieldSums& sums) noexcept;
 
-/// Factor of the squared cut-off in the search for close boxes. It is large enough that rounding cannot lose a pair.
+/// Factor of the squared cut-off in the search for close boxes. It exceeds 1 so much that rounding errors cannot
+/// exclude a pair within the cut-off.
 inline constexpr float kReachMargin = 1.0001F;
 /// Number of children of a node of a ClusterTree.
 inline constexpr std::size_t kChildren = 8;
@@ -124,15 +128,17 @@ struct alignas(32) ChildBoxes {
   float half[3][kChildren];  ///< half of the box's edge lengths
 };
 
-/// Finds the children of the `chosen` nodes whose squared distance from another box (`centre`, `half`) is below
-/// `reach2` [Å²]. Writes their indices, kChildren · node + l, in ascending order to `found` and returns the number of
-/// them. It may overwrite up to kChildren further elements of `found`.
+/// Finds close children: those whose squared distance from another box (`centre`, `half`) is below `reach2` [Å²]. Only
+/// the children of the nodes with the indices `chosen` are tested. Writes the children's indices, kChildren · node + l
+/// for child l, in ascending order to `found` and returns their number. It may overwrite up to kChildren further
+/// elements of `found`.
 using NearChildren = std::size_t (*)(const ChildBoxes* nodes, const std::uint32_t* chosen, std::size_t count,
                                      const float centre[3], const float half[3], float reach2,
                                      std::uint32_t* found) noexcept;
 
-/// Computes the three potentials of A beyond the cut-off (for q, C6 and C12, see far_grid.hpp) at `places` [Å], in the
-/// frame of A's floats. Each array has `count` floats, a multiple of kLanes, and is aligned to 64 bytes.
+/// Computes the three potentials of A beyond the cut-off (for q, √C6 and √C12, see far_grid.hpp) at `places` [Å]. The
+/// coordinates have the same origin as the float positions of A's atoms. Each array has `count` floats, a multiple of
+/// kLanes, and is aligned to 64 bytes.
 using FarPointsKernel = void (*)(const Target&, std::size_t atoms, const KernelModel&, std::size_t count,
                                  const float* const places[3], float* const potentials[3]) noexcept;
 
@@ -141,7 +147,9 @@ struct GridNodes {
   const float* nodes = nullptr;  ///< four floats for each node: potentials for q, √C6 and √C12, and an unused one
   std::size_t count[3] = {};
   double origin[3] = {};  ///< position of the first node [Å]
-  double last[3] = {};    ///< largest position at which the grid may be evaluated, in units of nodes; the smallest is 1
+  /// Largest position at which the grid may be evaluated, relative to `origin`, in grid spacings. The smallest position
+  /// is 1.
+  double last[3] = {};
   double per_angstrom = 1;
 };
 /// Adds the part of the far grid for each atom of B. c6 and s3 are 2 √ε σ³ and σ³, padded like the arrays of B.

@@ -10,8 +10,9 @@ namespace tandem::docking {
 /// Coulomb constant, k = e²·N_A/(4π ε_0).
 /// Source  GROMACS 2022 reference manual, "Definitions and units": 138.935458 kJ·nm/mol/e²
 inline constexpr double kCoulombKjAngstromPerMol = 1389.35458;
-/// Distance below which the Coulomb energy continues as its tangent parabola (the core). Without the core, a hydrogen
-/// that has no Lennard-Jones term could reach the centre of the atom that attracts it.
+/// Distance below which the Coulomb energy is continued as its tangent parabola in r (the core). Some hydrogens have a
+/// charge but no Lennard-Jones term. Without the core, nothing would stop such a hydrogen on its way to the centre of
+/// an atom that attracts it.
 inline constexpr double kChargeCoreAngstrom = 0.8;
 /// Width of the range below the cut-off in which forces are switched off.
 inline constexpr double kSwitchWidthAngstrom = 2;
@@ -51,8 +52,9 @@ struct FieldResult {
   double energy_kj_per_mol() const { return lennard_jones_kj_per_mol + coulomb_kj_per_mol; }
 };
 
-/// Force switch of an energy r^−α. The force is α r^−(α+1) + A x² + B x³ with x = max(r − r_1, 0). At the cut-off r_c
-/// its value and slope are zero. The energy is the integral, r^−α − A x³/3 − B x⁴/4 − C, and is zero at r_c.
+/// Force switch of an energy r^−α, which makes force and energy zero at the cut-off r_c. The force is α r^−(α+1) + A x²
+/// + B x³ with x = max(r − r_1, 0), where r_1 is the start of the switch. A and B are chosen such that the force and
+/// its slope are zero at r_c. The energy is the integral of the force, r^−α − A x³/3 − B x⁴/4 − C.
 /// Source  GROMACS 2022 reference manual, "Modified non-bonded interactions", equations for F_s and Φ_s
 struct ForceSwitch {
   double a = 0;

@@ -66,8 +66,8 @@ std::vector<NamedKernel> runnable_kernels() {
   return kernels;
 }
 
-/// Index in runnable_kernels() of the default kernel of the process. If results must not depend on the processor,
-/// server and clients must use the same kernel.
+/// Index in runnable_kernels() of the default kernel of the process. Kernels round differently, so server and clients
+/// must use the same one if results must not depend on the processor.
 std::atomic<std::size_t> default_kernel_index{0};
 
 NamedKernel kernel_named(std::string_view name) {
@@ -186,8 +186,8 @@ float charge_of(const Molecule& m, std::size_t i, const FieldModel& model) {
   return model.dielectric == Dielectric::kNone ? 0.0F : static_cast<float>(m.charge_e[i]);
 }
 
-// This function must not be inlined. When g++ 12 -O3 inlines it, it merges the three axes of a position and uses the
-// low part of a wrong axis.
+// Works around a compiler error: when g++ 12 -O3 inlines this function, it combines the three axes of a position and
+// uses the low part of a wrong axis.
 [[gnu::noinline]] SplitFloat split(double value) {
   const auto high = static_cast<float>(value);
   return {high, static_cast<float>(value - static_cast<double>(high))};
@@ -217,7 +217,8 @@ struct MolecularField::Impl {
   FieldResult evaluate(const Pose& X_AB) noexcept;
 
   FieldModel model;
-  bool is_swapped = false;  ///< "A" and "B" below are the caller's B and A, see comes_first()
+  /// True: A and B in this object are the caller's B and A, because the caller's B comes_first().
+  bool is_swapped = false;
   KernelModel constants;
   NamedKernel kernel;
   std::optional<ClusterTree> tree_a, tree_b;  ///< trees over the atoms; present only with a cut-off

@@ -13,20 +13,20 @@ namespace tandem::docking {
 
 class FarGrid;
 
-/// Returns whether `a` precedes `b` in an order of molecules that does not depend on the order of the arguments. The
-/// molecule with more atoms precedes. For equal numbers of atoms, the molecule with the greater value at the first
-/// difference precedes (charges, σ, ε, positions).
+/// Defines an order of two molecules that does not depend on the order of the arguments. Returns true if `a` is first:
+/// it has more atoms, or, with equal numbers of atoms, the greater value at the first difference. Charges, σ, ε and
+/// positions are compared in this order.
 bool comes_first(const Molecule& a, const Molecule& b);
 
-/// Field evaluation at 1 kHz. Pair terms are in float, sums in double; the arrays are arranged and padded once; each
-/// kernel has one fixed order of summation. The model is that of exact_field(), including cores and cut-off.
+/// Evaluates the field at 1 kHz. The model is that of exact_field(), including cores and cut-off. For speed, pair terms
+/// are computed in float and summed in double, and the arrays are arranged and padded only once. Each kernel has one
+/// fixed order of summation.
 ///
 /// Without a cut-off all pairs are evaluated. With a cut-off only the pairs of close clusters of 16 atoms are
 /// evaluated. The result depends only on the present pose.
-///
 /// Except for rounding errors of the pose, the result does not depend on which molecule is passed as A. The molecule
-/// that comes_first() selects is divided into tiles, or gets the grid; the atoms of the other one are evaluated against
-/// these.
+/// selected by comes_first() is divided into tiles, or is surrounded by the grid. The kernels iterate over the atoms of
+/// the other molecule.
 ///
 /// Cost    pair_count() pairs, no allocation in evaluate(); for measured rates see KERNELS.md
 /// Thread  any; each object by one thread at a time
@@ -46,9 +46,9 @@ class MolecularField {
   /// Returns the far grid (far_grid.hpp); null without FieldModel::has_far_grid, or if the first molecule is too large
   /// for a grid.
   const FarGrid* far_grid() const;
-  /// Returns the number of pairs of atoms that evaluate() computes, without atoms that have no term. With a cut-off it
-  /// is the number of the last call, and includes all pairs of each vector register with at least one pair within the
-  /// cut-off.
+  /// Returns the number of pairs of atoms that evaluate() computes. Atoms without any term are not counted. With a
+  /// cut-off, it is the number in the last call. It then includes all pairs of a vector register if at least one of
+  /// them is within the cut-off.
   std::size_t pair_count() const;
   /// Returns the number of multiply-adds of the last evaluate(), counted as in KERNELS.md. Coordinate transformation
   /// and the sums over atoms are excluded.
@@ -56,9 +56,9 @@ class MolecularField {
 
   /// Names of the kernels that this CPU can run, widest first; "portable" is always the last.
   static std::vector<std::string_view> available_kernels();
-  /// Selects the default kernel of the process, which is used for the kernel name "". The argument "" selects the
-  /// kernel with the widest registers. Must be called before fields are created. Throws std::invalid_argument for a
-  /// name that is not in available_kernels().
+  /// Selects the default kernel of the process. It is used by each field that is created later with the kernel name "".
+  /// `kernel` is a name in available_kernels(), or "" for the kernel with the widest registers. Throws
+  /// std::invalid_argument for any other name.
   /// Thread  any
   static void use_by_default(std::string_view kernel);
   /// Returns the name of the default kernel.

@@ -25,8 +25,8 @@ struct Molecule {
   std::vector<std::string> chains;         ///< chain of each atom, such as "B"; empty if the file gives none
   std::vector<int> segments;               ///< number of chain ends (such as TER records) before each atom in the file
   std::vector<std::string> types;          ///< force-field type of each atom, such as "opls_238"
-  /// Atoms for which the force field has no exact entry. The text of each is a notice to the user: atom, residue and
-  /// substitute parameters.
+  /// Atoms for which the force field has no exact entry. The text for each atom is a notice to the user that names the
+  /// atom, its residue, and the parameters used instead.
   std::map<std::size_t, std::string> guessed;
   std::vector<std::string> notes;  ///< further notices of the loader to the user, about omitted or missing atoms
   std::string force_field;         ///< name of the force field, such as "oplsaa"
@@ -39,8 +39,8 @@ struct Molecule {
   /// Moves all atoms so that their centre of mass is at the origin.
   /// Out     the centre of mass before the call
   Vec3 centre();
-  /// Radius of gyration about the origin with equal weights. The result is at least 1 Å, about the length of a bond,
-  /// because a single atom has no extent.
+  /// Radius of gyration about the origin, with equal weights of all atoms. The result is at least 1 Å, about the length
+  /// of a bond, because a single atom has no extent.
   double gyration_radius_angstrom() const;
 };
 
@@ -50,8 +50,8 @@ struct Molecule {
 /// Fails   throws std::invalid_argument if an atom has no name or residue
 std::vector<std::size_t> residue_starts(const Molecule& molecule);
 
-/// Refuses values for which the field kernels would not be valid: arrays of unequal length, coordinates not finite or
-/// beyond 1e6 Å, σ other than 0 or 0.1 … 20 Å, ε outside 0 … 1e4 kJ/mol, charges beyond 100 e.
+/// Checks that the field kernels are valid for the molecule. Refused are arrays of unequal length, coordinates that are
+/// not finite or beyond 1e6 Å, σ other than 0 or 0.1 … 20 Å, ε outside 0 … 1e4 kJ/mol, and charges beyond 100 e.
 ///
 /// Fails   throws std::invalid_argument naming the atom, the value and the range
 void validate(const Molecule& molecule);

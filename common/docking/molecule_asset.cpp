@@ -118,7 +118,7 @@ void write_names(const Molecule& molecule, ByteWriter& writer) {
   }
 }
 
-/// Reads the residues. Sets the reader to failed if the residues do not divide the atoms into consecutive ranges.
+/// Reads the residues. If they do not divide the atoms into consecutive ranges, reading fails (ByteReader::fail()).
 std::vector<Residue> read_residues(ByteReader& reader, std::size_t atoms) {
   constexpr std::size_t kMinBytes = 2 * sizeof(std::uint32_t) + 3;
   std::vector<Residue> residues(reader.count(kMinBytes));

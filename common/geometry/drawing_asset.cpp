@@ -13,7 +13,7 @@
 namespace tandem::geometry {
 namespace {
 
-constexpr std::uint32_t kDrawingMagic = 0x57524454;  // "TDRW"
+constexpr std::uint32_t kDrawingMagic = 0x57524454;  // first four bytes of each asset: "TDRW"
 constexpr int kPackingLevel = 9;
 constexpr double kSteps = 65535;
 constexpr double kNormalSteps = 127;
@@ -103,7 +103,7 @@ bool read_vertices(std::span<const std::uint8_t> block, const Vec3& low, const V
 std::vector<std::uint8_t> coded_corners(const std::vector<Triangle>& triangles) {
   std::vector<std::int32_t> behind;
   behind.reserve(kColumns * triangles.size());
-  int next = 0;  // lowest index of the vertices that no earlier triangle used
+  int next = 0;  // lowest vertex index that no earlier triangle uses
   for (const Triangle& triangle : triangles) {
     for (const int corner : triangle) {
       behind.push_back(next - corner);

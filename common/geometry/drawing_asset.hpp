@@ -14,15 +14,15 @@ namespace tandem::geometry {
 /// Kind of this asset in the list of assets that a server sends.
 inline constexpr const char* kDrawingAssetKind = "drawing";
 inline constexpr std::uint32_t kDrawingAssetVersion = 1;
-/// Maximum numbers of triangles of the coarsest, the middle and the finest level. A coarser level is created only if
-/// the mesh has at least twice as many triangles as the limit of that level.
+/// Maximum numbers of triangles of the coarsest, the middle and the finest level. The coarsest and the middle level
+/// exist only if the mesh has at least twice as many triangles as the limit of that level.
 inline constexpr std::size_t kDrawingLevels[] = {4'000, 60'000, 600'000};
 inline constexpr std::size_t kMaxDrawingTriangles = kDrawingLevels[2];
 inline constexpr std::size_t kMaxDrawingVertices = 3 * kMaxDrawingTriangles;
 
-/// Returns the levels of detail of a mesh, from coarse to fine. The finest level has all triangles of the mesh, or is
-/// decimated to kMaxDrawingTriangles. A level without triangles is omitted; this happens if a mesh consists of
-/// thousands of small parts.
+/// Returns the levels of detail of a mesh, from coarse to fine. The finest level has all triangles of the mesh. If
+/// there are more than kMaxDrawingTriangles, it is decimated. Levels that have no triangle after decimation are
+/// omitted, as happens for a mesh of thousands of small parts.
 std::vector<ShadedMesh> drawing_levels(const TriangleMesh& mesh);
 
 /// Encodes one level of detail.

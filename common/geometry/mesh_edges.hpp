@@ -52,25 +52,25 @@ inline int apex_of(const TriangleMesh& mesh, const HalfEdge& half) {
   return mesh.triangles[static_cast<std::size_t>(half.triangle)][static_cast<std::size_t>((half.side + 2) % 3)];
 }
 
-/// Returns the edges of a repaired mesh. If an edge of an unrepaired mesh has more than two triangles, they are paired
-/// in their order, and each pair gives one edge.
+/// Returns the edges of a repaired mesh. In an unrepaired mesh, more than two triangles may use an edge. They are then
+/// paired in their order, and the result has one edge for each pair.
 std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh);
 
 /// Returns the part number of each triangle. Triangles that share a vertex belong to the same part. Parts are numbered
 /// in the order of their first triangles.
 std::vector<std::size_t> parts_by_vertices(const TriangleMesh& mesh);
 
-/// Returns the connected regions of the selected triangles, in the order of their first triangles. An edge connects two
-/// triangles under two conditions: no third triangle uses the edge, and the two traverse it in opposite directions. The
-/// orientations within a region are therefore consistent.
+/// Returns the connected regions of the selected triangles, in the order of their first triangles. Two triangles are
+/// connected by an edge if they traverse it in opposite directions and no third triangle uses it. All triangles of a
+/// region are thus consistently oriented.
 ///
 /// In      edges  edge numbers of each triangle, starting at its first corner; any numbering of the edges
 std::vector<std::vector<int>> regions_by_edges(const TriangleMesh& mesh,
                                                std::span<const std::array<std::uint32_t, 3>> edges,
                                                const std::vector<bool>& is_one_of_them);
 
-/// Returns a mesh of the given triangles and their vertices. If there are few triangles, the cost does not depend on
-/// the size of `mesh`.
+/// Returns a mesh of the given triangles and their vertices. For few triangles, the cost is independent of the size of
+/// `mesh`.
 TriangleMesh part_of(const TriangleMesh& mesh, std::span<const int> triangles);
 
 std::array<Vec3, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle);

@@ -22,13 +22,13 @@ namespace {
 /// Limit of coordinates. Larger ones would make squared areas overflow in single precision.
 constexpr double kMaxCoordinate_m = 1e12;
 
-// A part with borders counts as a solid with holes if the triangles that close its holes have less than this fraction
-// of its surface area. Typical fractions are 1/3 to 1/2 for a cup (not a solid), 1/10 for a section of pipe ten times
-// as long as wide, and 1/1000 for a scan.
+// A part with holes counts as a solid if the triangles that would close its holes have less than this fraction of its
+// surface area. Typical fractions are 1/3 to 1/2 for a cup, 1/10 for a section of pipe ten times as long as wide
+// (neither is a solid), and 1/1000 for a scan.
 constexpr double kHoleShare = 0.05;
-// A part encloses no space if the ratio of its volume to its area^1.5 is below kRoomShare. For a hand-sized object this
-// is a thickness of 0.25 µm, the rounding error of two coincident surfaces. For a part with unpaired edges the limit is
-// kUnpairedRoomShare, so that a plate of 10 µm counts as enclosing no space, too.
+// A part encloses no space if its volume is less than kRoomShare × area^1.5. For a hand-sized object, this corresponds
+// to a thickness of 0.25 µm, the rounding error between two coincident surfaces. For a part with unpaired edges,
+// kUnpairedRoomShare is used instead, so that a plate of 10 µm encloses no space, either.
 constexpr double kRoomShare = 1e-6, kUnpairedRoomShare = 1e-4;
 
 // Maximum number of closed parts whose nesting is determined by comparing all pairs. In the worst case, where each part
@@ -59,7 +59,8 @@ void check(const TriangleMesh& mesh) {
 struct PartMeasures {
   double area_m2 = 0;
   double volume_m3 = 0;  ///< enclosed volume; negative if the part is inside out
-  /// Sum of |volume| of the tetrahedra formed by one vertex and each triangle; 0 if all triangles are coplanar.
+  /// Sum of the volumes of the tetrahedra between one vertex and each triangle, all taken as positive; 0 if all
+  /// triangles are coplanar.
   double between_m3 = 0;
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 high = Vec3::Constant(-std::numeric_limits<double>::infinity());
@@ -110,9 +111,8 @@ HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
 bool has_small_holes(const TriangleMesh& mesh, const MeshPart& part, double area_m2) {
   double holes = 0;
   for (const auto& loop : part.borders) {
-    // The area that closes the hole is estimated in two ways: as a disc with the hole's perimeter, and as the triangles
-    // between border and centre. The smaller result is used. The disc is much too large for a jagged border or a slit,
-    // whose perimeter is long.
+    // The area of the hole is the smaller of two estimates: a disc with the hole's perimeter, and the triangles between
+    // its border and centre. The disc is much too large for a jagged border or a slit, which has a long perimeter.
     const HoleMeasures hole = measured(mesh, loop);
     holes += std::min(hole.perimeter_m * hole.perimeter_m / (4 * std::numbers::pi), hole.area_m2);
   }
@@ -134,8 +134,8 @@ class Nesting {
     for (std::size_t outer = 0; outer < parts.size(); ++outer) find_inside(outer);
   }
 
-  /// Reverses the inside-out parts that no other part contains. The parts inside a reversed part are reversed too, so
-  /// that cavities remain cavities.
+  /// Reverses each inside-out part that is not inside another part. The parts inside it are reversed with it, so that
+  /// cavities remain cavities.
   /// Out     number of inside-out parts that were reversed
   std::size_t turn_inside_out() {
     std::size_t turned = 0;
@@ -150,8 +150,8 @@ class Nesting {
     return turned;
   }
 
-  /// Returns whether the outermost part around this part is inside out. A part outside of all others counts as its own
-  /// outermost part.
+  /// Returns whether the outermost part around this part is inside out. If no other part contains this part, it is the
+  /// outermost part itself.
   bool is_inside_out(std::size_t part) const { return measures_[outermost(part)].volume_m3 < 0; }
 
   /// Returns the number of buried parts. A buried part has the same orientation as the part around it, so it is
@@ -181,7 +181,7 @@ class Nesting {
       const auto corner = mesh_.triangles[static_cast<std::size_t>(parts_[inner].triangles.front())][0];
       const double distance = tree->signed_distance_m(mesh_.vertices[static_cast<std::size_t>(corner)]);
       if ((distance < 0) != (out.volume_m3 > 0)) continue;
-      // If a part is inside several parts, the smallest of these is stored as its container.
+      // Only the smallest part around this one is stored as its container.
       int& container = container_[inner];
       const bool is_closer =
           container == kNone ||
@@ -214,8 +214,8 @@ void close_holes(ContactMesh& result, std::vector<MeshPart>& parts) {
                          counted(result.mesh.triangles.size() - before, "triangle", "triangles"));
 }
 
-/// Closes slits. A slit is a hole without area, at which no surface is missing: a vertex lies on the edge of a triangle
-/// that does not use this vertex.
+/// Closes slits, which are holes without an area. No surface is missing at a slit: it arises where a vertex lies on the
+/// edge of a triangle that does not use this vertex.
 void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   const double widest_m = weld_tolerance_m(result.mesh);
   std::size_t closed = 0;
@@ -229,8 +229,9 @@ void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
   }
   if (closed == 0) return;
   result.notes.push_back(counted(closed, "slit", "slits") + " without width closed");
-  // The triangles that close slits have no area. Welding removes them and divides the triangles on the other side of
-  // the slit at the vertex. The notes of this welding would repeat earlier ones, so they are discarded.
+  // The triangles that close slits have no area. Welding removes them. At the vertex on the slit, it divides the
+  // triangle on the opposite side of the slit. The notes of this welding would repeat earlier ones, so they are
+  // discarded.
   std::vector<std::string> repeated;
   weld(result.mesh, repeated);
   parts = connect(result.mesh, repeated);
@@ -277,8 +278,8 @@ bool is_within(const TriangleMesh& mesh, const MeshPart& part, const WindingNumb
   });
 }
 
-/// Moves the inside-out solids that lie within `others` from `solids` to `others`, because they are cavities there. If
-/// there are more than kMaxParts solids, all of them are moved.
+/// Moves solids to `others` if they are inside out and lie within `others`, because they are cavities there. If there
+/// are more than kMaxParts solids, moves all of them without this test.
 void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vector<MeshPart>& others) {
   std::vector<bool> stays(solids.size(), solids.size() > kMaxParts);
   if (solids.size() <= kMaxParts) {
@@ -295,9 +296,11 @@ void leave_cavities(TriangleMesh& mesh, std::vector<MeshPart>& solids, std::vect
   solids = std::move(left);
 }
 
-/// Moves the complete solids (parts that enclose a volume without other parts) from `parts` to the result. Closes their
-/// holes, orients them outwards and reports them. An inside-out solid within unpaired parts is a cavity of these parts
-/// and remains in `parts`. If some parts are unpaired and there are more than kMaxParts solids, all parts remain.
+/// Moves the complete solids from `parts` to the result. A complete solid encloses a volume without the help of other
+/// parts. Its holes are closed, it is oriented outwards, and it is reported.
+/// These solids remain in `parts`:
+/// * an inside-out solid within parts with unpaired edges, because it is a cavity there
+/// * all solids, if there are more than kMaxParts and some parts have unpaired edges
 std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>& parts) {
   const auto first = std::stable_partition(parts.begin(), parts.end(), [&](const MeshPart& part) {
     return part.is_unpaired || !is_solid(result.mesh, part);
@@ -324,11 +327,11 @@ std::vector<MeshPart> extract_solids(ContactMesh& result, std::vector<MeshPart>&
 
 /// The parts that are not complete solids, combined in one mesh, and the classification of their triangles.
 struct Enclosed {
-  TriangleMesh whole;  ///< mesh of all these parts, one after another
+  TriangleMesh whole;  ///< all these parts in one mesh, in their order
   std::vector<Side> sides;
   TriangleMesh inner;
   TriangleMesh surface;
-  std::vector<MeshPart> parts;  ///< parts of `surface`, whose triangles have the inside on one side
+  std::vector<MeshPart> parts;  ///< parts of `surface`
 };
 
 Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& others) {
@@ -338,16 +341,16 @@ Enclosed enclosed_by(const TriangleMesh& mesh, const std::vector<MeshPart>& othe
   enclosed.inner = part_of(enclosed.whole, inner_of(others, enclosed.sides));
   enclosed.surface = part_of(enclosed.whole, those_of(enclosed.sides, Side::kBorder));
   if (enclosed.surface.triangles.empty()) return enclosed;
-  // After removal of the inner triangles, more edges can be paired. The notes of this welding would repeat earlier
-  // ones, so they are discarded.
+  // Without the inner triangles, more edges have exactly two triangles and can be paired. The notes of this welding
+  // would repeat earlier ones, so they are discarded.
   std::vector<std::string> repeated;
   weld(enclosed.surface, repeated);
   enclosed.parts = connect(enclosed.surface, repeated);
   return enclosed;
 }
 
-/// Returns for each part of the surface whether it encloses no space, although its triangles were classified as borders
-/// of a solid. Such a part has an opening, or its two sides coincide.
+/// Returns for each part of `enclosed` whether it encloses no space. Such a part has an opening, or its two sides
+/// coincide, although its triangles were classified as the border of a solid.
 std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                  const Enclosed& enclosed) {
   std::vector<bool> are_open;
@@ -363,8 +366,8 @@ std::vector<bool> without_inside(const TriangleMesh& mesh, const std::vector<Mes
   return are_open;
 }
 
-/// Moves the open parts from `others` to the result. A part is open if without_inside() is true for most of its border
-/// area.
+/// Returns the open parts of `others` and removes them from it. A part is open if without_inside() is true for most of
+/// the area that it contributes to the border.
 std::vector<MeshPart> extract_open(const TriangleMesh& mesh, const std::vector<MeshPart>& solids,
                                    std::vector<MeshPart>& others, const Enclosed& enclosed) {
   const std::vector<bool> are_open = without_inside(mesh, solids, enclosed);
@@ -417,13 +420,14 @@ void keep_as_sheet(ContactMesh& result, const std::vector<MeshPart>& solids, con
   result.mesh = part_of(result.mesh, triangles_of(solids));
 }
 
-/// Divides the parts that are not complete solids. Triangles with the inside on one side become a solid. Parts with an
-/// opening, and triangles with the inside on neither side, become a sheet.
+/// Divides the parts that are not complete solids into a solid and a sheet. Triangles with the inside on exactly one
+/// side become the solid. Triangles with the inside on neither side, and all triangles of parts with an opening, become
+/// the sheet.
 void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids, std::vector<MeshPart> others) {
   Enclosed enclosed = enclosed_by(result.mesh, others);
   std::vector<MeshPart> open_parts;
-  // An open part may have closed another part. When it is removed, the other part is open, too. The search for open
-  // parts is therefore repeated.
+  // The search for open parts is repeated, because an open part may have covered the opening of another part. When it
+  // is removed, that part is open, too.
   for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<MeshPart> taken = extract_open(result.mesh, solids, others, enclosed);
     if (taken.empty()) break;
@@ -440,15 +444,15 @@ void divide_by_winding(ContactMesh& result, const std::vector<MeshPart>& solids,
         counted(inner, "triangle inside the solid is left out", "triangles inside the solid are left out"));
   }
   if (!border.empty()) {
-    // Only closed parts are reversed individually. The other parts are closed by inner triangles, so their orientation
-    // relative to these triangles must not change.
+    // Inside-out parts are reversed one by one only if they are closed. A part that is not closed continues in inner
+    // triangles, and must keep its orientation relative to these.
     std::erase_if(enclosed.parts, std::not_fn(is_closed));
     if (enclosed.parts.size() <= kMaxParts) {
       note_turned(result, Nesting(enclosed.surface, enclosed.parts).turn_inside_out());
     }
     const double volume = volume_m3(enclosed.surface);
     if (volume < 0) {
-      // The parts that are not closed, and the inner triangles that close them, are reversed together.
+      // Parts that are not closed are reversed together, along with the inner triangles that close them.
       for (TriangleMesh* mesh : {&enclosed.surface, &enclosed.inner}) {
         for (auto& corners : mesh->triangles) std::swap(corners[1], corners[2]);
       }

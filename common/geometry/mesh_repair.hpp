@@ -32,8 +32,9 @@ struct ContactMesh {
   TriangleMesh mesh;
   SurfaceKind kind = SurfaceKind::kSolid;
   std::vector<std::string> notes;  ///< text for users: each kind of change that repair made, with its count
-  TriangleMesh sheet{};            ///< open parts, if the mesh also has a solid
-  /// Triangles that continue the surface inside the solid. They are used only for its winding number.
+  TriangleMesh sheet{};            ///< open parts of a mesh that also has a solid
+  /// Triangles inside the solid that repair has removed from the surface. They are used only for the solid's winding
+  /// number.
   TriangleMesh inner{};
   std::vector<PartReport> parts{};  ///< one report for each kind of part, sorted by decreasing number of triangles
 };
@@ -44,9 +45,10 @@ class MeshError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Repairs a mesh. If edges are unpaired, the winding number decides for both sides of each triangle whether they are
-/// inside the solid:
-/// * inside on one side: the triangle is a part of the solid's surface; it is reversed if its normal points inwards.
+/// Repairs a mesh. Unpaired edges do not show which side of a triangle is inside. The winding number then classifies
+/// both sides of each triangle:
+/// * inside on exactly one side: the triangle is a part of the solid's surface. It is reversed if its normal points
+///   inwards.
 /// * inside on both sides: the triangle is an inner wall and is removed.
 /// * inside on neither side: the triangle becomes a part of a sheet. Parts with an opening become a sheet, too.
 ///

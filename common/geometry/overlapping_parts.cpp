@@ -1,5 +1,6 @@
-// Union of overlapping solids. Meshes from modelling programs often consist of such solids, e.g. bristles in a board or
-// a handle on a pot. The surface of a part inside another part does not belong to the union's surface.
+// Distance to the union of overlapping solids. Meshes from modelling programs often consist of such solids, for example
+// bristles in a board or a handle on a pot. Surface that is inside another solid does not belong to the surface of the
+// union.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -19,8 +20,8 @@ namespace {
 using Box = Eigen::AlignedBox3d;
 
 constexpr std::size_t kMaxSlabs = 256;
-/// A solid is not searched for triangles that cross each other if the sum of its squared edge lengths exceeds this
-/// multiple of the squared diagonal of its box, because queries of its winding number would be slow.
+/// Largest sum of a solid's squared edge lengths, as a multiple of the squared diagonal of its box. A solid above this
+/// limit is not searched for triangles that cross each other, because queries of its winding number would be slow.
 constexpr double kMaxEdges = 300;
 
 /// A part of a mesh, with its bounding box, enclosed volume and triangles.
@@ -97,8 +98,8 @@ void find_self_crossing(std::vector<Piece>& solids, const TriangleMesh& mesh, co
     Piece& solid = solids[i];
     if (!solid.is_closed || solid.edges_m2 > kMaxEdges * solid.box.diagonal().squaredNorm()) continue;
     if (work > kMaxWork) break;
-    // The search begins with the last triangles. Repair has added them to close holes, so they most likely cross
-    // others.
+    // The search begins with the last triangles. Repair has added these to close holes, so they are the most likely
+    // ones to cross others.
     const std::vector<int> backwards(solid.triangles.rbegin(), solid.triangles.rend());
     visit_crossing(
         mesh, tree, backwards, tolerance_m, threads, work, [&](std::size_t, std::span<const std::size_t> others) {
@@ -152,8 +153,8 @@ struct TriangleTree::Parts {
       if (sides->has_inner() && !sides->border().triangles.empty()) border.emplace(sides->border());
     }
 
-    /// Returns the closest point with a normal on the correct side. If the closest triangle crosses others or has
-    /// unpaired edges, its own normal does not show which side is inside.
+    /// Returns the closest point of the part, with a normal that points outwards. If the closest triangle crosses
+    /// others or has unpaired edges, its own normal may point inwards and is corrected.
     ///
     /// In      found  closest point if it is already known, otherwise an empty result
     /// Out     an empty result if there is no point within the limit
@@ -270,8 +271,8 @@ TriangleTree::Closest TriangleTree::closest_of_solid(const Vec3& p_S, double lim
   double deepest_m = 0;
   for (const std::size_t i : parts_->slabs[parts_->all.contains(p_S) ? parts_->slab_of(p_S) : 0]) {
     const Parts::Part& part = *parts_->parts[i];
-    // A part is skipped if the upper bound of the depth in it is below the depth found so far or below the distance to
-    // the nearest surface.
+    // A part cannot contain the deepest point if its upper bound of the depth is too small: below the depth found so
+    // far, or below the distance to the nearest surface.
     const double max_depth_m = part.max_depth_m(p_S);
     if (max_depth_m < std::max(nearest.distance_m, -deepest_m)) continue;
     Closest closest = i == part_of_nearest ? nearest : Closest{};

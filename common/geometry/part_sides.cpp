@@ -65,8 +65,9 @@ class PartSides::Cells {
 
   bool is_inside(const Vec3& p_S) const noexcept { return std::abs(winding_.at(p_S)) > 0.5; }
 
-  /// Returns the kind of the cell at a point. In an open mesh, kUncertain is returned instead of kInner: beside a hole,
-  /// the winding number passes ½ although no triangle is there, so samples do not prove that both sides are inside.
+  /// Returns the kind of the cell at a point. In an open mesh, kUncertain replaces kInner. Beside a hole, the winding
+  /// number passes ½ where no triangle is, so samples of kind kInner do not prove that the whole cell has the inside on
+  /// both sides.
   Kind at(std::size_t triangle, const Vec3& p_S) const noexcept {
     const Corners corners = corners_of(mesh_, triangle);
     const Vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], ap = p_S - corners[0];
@@ -93,9 +94,10 @@ class PartSides::Cells {
 
  private:
   static constexpr double kBeside = 1e-5, kToTheRim = 0.8;
-  /// Limits of cell sizes, as fractions of the mesh's diagonal. A cell whose samples differ is divided until it is at
-  /// most kFinest. A cell is doubtful if its only ambiguity is a winding number within kDoubt of ½; it is divided until
-  /// it is at most kDoubtful.
+  /// Limits of cell sizes, as fractions of the mesh's diagonal:
+  /// * kFinest: a cell whose samples differ is divided down to this size.
+  /// * kDoubt, kDoubtful: a cell is doubtful if all its samples agree, but a winding number is within kDoubt of ½. It
+  ///   is divided down to kDoubtful.
   static constexpr double kFinest = 1.0 / 128, kDoubtful = 1.0 / 16;
   static constexpr double kDoubt = 0.2;
   static constexpr std::size_t kRegionSamples = 16;  ///< number of samples in a connected region
@@ -104,7 +106,8 @@ class PartSides::Cells {
     Kind kind = Kind::kUncertain;
     std::uint32_t first_quarter = 0;  ///< index of the first of four quarters; 0: not divided
   };
-  /// A triangle, or only a side or a corner of it. The kind of cells may change where they meet an obstacle.
+  /// Obstacle in a triangle: another triangle that touches it, or a side or corner of the triangle itself at an edge
+  /// that does not have two triangles. The kind of the triangle's cells may change there.
   struct Obstacle {
     Corners corners;
     int count;
@@ -187,8 +190,8 @@ class PartSides::Cells {
     bool is_doubtful = false;  ///< a winding number is close to ½ and may cross ½ elsewhere in the cell
   };
 
-  /// Samples the middle of a cell, then points near its corners and the middles of its sides. These further points are
-  /// omitted if `at_middle_only` is set and the first result is clear.
+  /// Classifies a cell by samples: at its middle, then near its corners and the middles of its sides. If
+  /// `at_middle_only` is set and the first result is clear, the others are omitted.
   CellSample sample_cell(const Corners& corners, bool at_middle_only) const {
     const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
     const Vec3 step = kBeside * size_m_ * normal;

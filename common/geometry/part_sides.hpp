@@ -17,14 +17,14 @@ using EdgesOfTriangles = std::vector<std::array<std::uint32_t, 3>>;
 
 /// Distance below which triangles are treated as touching, as a fraction of the mesh's diagonal.
 inline constexpr double kTouching = 1e-7;
-/// Limit of the work for one mesh, which takes some seconds. The unit is finding one triangle near another one. Testing
-/// whether two triangles meet within a cell counts as kWorkPerMeeting, and a query of the winding number as
-/// kWorkPerSample.
+/// Limit of the work for one mesh, which takes some seconds. The unit of work is finding one triangle near another one.
+/// kWorkPerMeeting is the work of testing whether two triangles meet within a cell, kWorkPerSample that of a query of
+/// the winding number.
 inline constexpr std::size_t kMaxWork = 40'000'000, kWorkPerMeeting = 4, kWorkPerSample = 400;
 
 /// Classifies both sides of every point on the triangles of a mesh as inside or outside. A connected region that meets
-/// no other triangle has one classification. All other triangles (they meet others or have unpaired edges) are divided
-/// into cells until only a small area remains ambiguous.
+/// no other triangle has one classification. Triangles that meet others or have unpaired edges are divided into cells,
+/// until only a small area remains ambiguous.
 ///
 /// Thread  any number of threads at the same time; a query allocates nothing
 class PartSides {
@@ -47,7 +47,7 @@ class PartSides {
   /// Returns whether a point is inside, given its closest point on the mesh.
   bool is_inside(const Vec3& p_S, int triangle, const Vec3& closest_S) const noexcept;
   const TriangleMesh& border() const;  ///< triangles and cells, except those with the inside on both sides
-  bool has_inner() const;              ///< true if a triangle or cell has the inside on both sides
+  bool has_inner() const;              ///< true: some triangle or cell has the inside on both sides
   int triangle_of_border(int triangle) const;
 
  private:

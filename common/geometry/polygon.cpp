@@ -103,7 +103,7 @@ std::vector<Triangle2> triangulate(std::span<const Vec2> polygon) {
   return triangles;
 }
 
-/// A polygon is convex if every corner turns left and the corners go around only once.
+/// A polygon is convex if it turns left at each corner and goes around only once.
 bool is_convex(std::span<const Vec2> polygon) noexcept {
   const std::size_t n = polygon.size();
   int down = 0;

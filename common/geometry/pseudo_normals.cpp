@@ -1,5 +1,5 @@
-// Pseudo-normals of faces, edges and corners of a mesh. If a feature is the nearest one to a point, the sign of the
-// point's offset along the pseudo-normal tells inside from outside.
+// Pseudo-normals of the faces, edges and corners of a mesh. They show whether a point is inside: it is if its offset
+// from the nearest face, edge or corner points against the pseudo-normal.
 #include <algorithm>
 #include <cmath>
 
@@ -24,8 +24,8 @@ void TriangleTree::sum_corner_normals(const TriangleMesh& mesh) {
 }
 
 void TriangleTree::sum_edge_normals(const TriangleMesh& mesh) {
-  // Edges are stored in linked lists, one for each vertex. The list of a vertex contains the edges to vertices with a
-  // larger index: about three, for any size of the mesh.
+  // Edges are stored in linked lists, one for each vertex. The list of a vertex contains its edges to vertices with a
+  // larger index, about three on average.
   struct Edge {
     std::uint32_t larger_vertex;
     std::uint32_t next;  ///< next edge with the same smaller vertex

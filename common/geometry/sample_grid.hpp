@@ -59,8 +59,8 @@ class SampleGrid {
     std::uint32_t first = kNone;  ///< first sample of the cube; kNone: the slot is free
   };
 
-  /// Packs the three indices of a cube into one key of 21 bits for each axis. By overflow, distant cubes may get the
-  /// same key. Their samples then share one list, which only costs time.
+  /// Packs the three indices of a cube into a key, with 21 bits for each. Distant cubes may get the same key by
+  /// overflow. Their samples then share one list, so a search visits more samples but still finds all.
   static std::uint64_t key_of(const Eigen::Vector3f& cube) {
     const auto axis = [](float value) {
       return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(value))) & 0x1FFFFFU;
@@ -70,8 +70,8 @@ class SampleGrid {
 
   static std::size_t slot_of(const std::vector<Slot>& slots, std::uint64_t key) {
     const std::size_t mask = slots.size() - 1;
-    // The low bits of the result are the index. The high half of the product depends on all bits of the key, and the
-    // shifts make the low bits depend on it.
+    // The high half of the product depends on all bits of the key. The shifts copy it to the low bits, which are used
+    // as the index.
     const std::uint64_t product = key * 0x9E3779B97F4A7C15U;
     std::size_t at = static_cast<std::size_t>(product >> 32U ^ product >> 48U) & mask;
     while (slots[at].first != kNone && slots[at].key != key) at = (at + 1) & mask;

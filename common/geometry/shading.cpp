@@ -120,7 +120,8 @@ TriangleMesh clustered(const TriangleMesh& mesh, const Vec3& origin, double widt
     if (known.insert(made).second) out.triangles.push_back(made);
   }
   for (std::size_t i = 0; i < count; ++i) {
-    // The small diagonal term keeps the vertex close to the mean position along directions that no face determines.
+    // The small diagonal term is for directions that no face determines: along these, the vertex stays near the mean
+    // position.
     const double trace = normal_matrices[i].trace();
     const Eigen::Matrix3d held = normal_matrices[i] + 1e-3 * trace * Eigen::Matrix3d::Identity();
     const Vec3 away = trace > 0 ? Vec3(held.ldlt().solve(right[i])) : Vec3(0, 0, 0);
@@ -144,8 +145,8 @@ TriangleMesh decimated(const TriangleMesh& mesh, std::size_t most) {
   for (const Vec3& vertex : mesh.vertices) box.extend(vertex);
   const double twice_area = std::transform_reduce(mesh.triangles.begin(), mesh.triangles.end(), 0.0, std::plus<>(),
                                                   [&mesh](const Triangle& t) { return area_normal(mesh, t).norm(); });
-  // With this width there are about two triangles per cell. The lower limit ensures that cell indices fit into 21 bits
-  // of a key.
+  // With this width, there are about two triangles per cell. Its lower limit ensures that the index of a cell fits into
+  // 21 bits of a key.
   double width = std::max(std::sqrt(twice_area / static_cast<double>(most)), box.sizes().maxCoeff() * 1e-5);
   if (!(width > 0)) return {};
   while (true) {

@@ -12,11 +12,11 @@ namespace tandem::geometry {
 /// A mesh, and the unit normal of its surface at each vertex.
 using ShadedMesh = std::pair<TriangleMesh, std::vector<Vec3>>;
 
-/// Returns the same triangles with vertex normals. Adjacent faces at an angle below 40° are shaded smoothly; a larger
-/// angle is drawn as an edge. A vertex is duplicated for each smooth surface that contains it.
+/// Returns the same triangles with vertex normals. Adjacent faces at an angle below 40° belong to one smooth surface; a
+/// larger angle appears as an edge. A vertex where several smooth surfaces meet is duplicated, once for each of them.
 ///
-/// Model   The faces around a vertex are processed one by one. Each face joins the first group whose area-weighted mean
-///         normal differs from the face's normal by less than 40°
+/// Model   Around each vertex, faces are grouped, one after another. A face joins the first group whose area-weighted
+///         mean normal is within 40° of the face's normal, or begins a new group
 /// In      mesh  triangles without area, or with an index out of range, are omitted
 /// Cost    linear, because a vertex has only few groups that differ by 40°
 ShadedMesh shaded(const TriangleMesh& mesh);
@@ -24,9 +24,10 @@ ShadedMesh shaded(const TriangleMesh& mesh);
 /// Returns a mesh for drawing with at most `most` triangles, which is neither closed nor manifold. A mesh within the
 /// limit is returned unchanged.
 ///
-/// Model   All vertices in one cell of a grid are merged. The merged vertex x minimises Σ A² (n·(x − p))², its squared
-///         distance from the planes of the faces around it (area A, normal n, point p). It is clamped to the cell.
-///         Triangles with two corners in the same cell are removed
+/// Model   1. All vertices in one cell of a grid are merged into one vertex x.
+///         2. x minimises Σ A² (n·(x − p))² over the faces at these vertices, with the area A, normal n and a corner p
+///            of each face. The sum measures the distance of x from the planes of the faces. x is clamped to the cell.
+///         3. Triangles with two corners in the same cell are removed
 /// Source  Lindstrom, "Out-of-core simplification of large polygonal models", SIGGRAPH 2000, §3. In addition, we
 ///         enlarge the cells until the number of triangles is low enough
 /// In      mesh  mesh with valid indices

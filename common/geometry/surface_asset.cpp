@@ -11,7 +11,7 @@
 namespace tandem::geometry {
 namespace {
 
-constexpr std::uint32_t kSurfaceMagic = 0x46525354;  // "TSRF"
+constexpr std::uint32_t kSurfaceMagic = 0x46525354;  // first four bytes of each asset: "TSRF"
 constexpr std::size_t kVertexBytes = 3 * sizeof(float);
 constexpr std::size_t kTriangleBytes = 3 * sizeof(std::uint32_t);
 

@@ -17,7 +17,7 @@ inline constexpr std::uint32_t kSurfaceAssetVersion = 1;
 /// Limits of a mesh, the same as for mesh files. Welding never increases the number of vertices.
 inline constexpr std::size_t kMaxSurfaceTriangles = 1'000'000;
 inline constexpr std::size_t kMaxSurfaceVertices = 1'000'000;
-/// Limit of each coordinate. Beyond it, the resolution of single precision would be coarser than 0.1 mm.
+/// Largest magnitude of a coordinate. Above it, the resolution of single precision would be coarser than 0.1 mm.
 inline constexpr double kMaxSurfaceReach_m = 1000;
 
 /// Encodes a repaired mesh in single precision, which moves vertices by at most 0.1 µm within 1 m of the origin.

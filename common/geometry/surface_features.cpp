@@ -88,8 +88,8 @@ class SharpLines {
   std::vector<bool> is_used_;
 };
 
-/// Set of samples that are not too close to each other. A sample is rejected if an accepted one with a normal in a
-/// similar direction is too close.
+/// Set of samples with a minimum distance. A new sample is rejected if it is closer to an accepted one whose normal is
+/// in a similar direction.
 class SparseSamples {
  public:
   explicit SparseSamples(double apart_m) : apart_m_(static_cast<float>(apart_m)), grid_(apart_m) {}

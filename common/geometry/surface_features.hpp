@@ -27,11 +27,11 @@ struct SurfaceTopology {
   double fold_rad(const MeshEdge& edge) const;
 };
 
-/// Returns samples on convex edges with an angle above `angle_rad`. Samples are `spacing_m` apart along each line of
-/// edges. The line's ends, junctions and bends get samples, too. Concave edges are omitted, because another surface
-/// cannot touch them first.
+/// Returns samples on convex edges with an angle above `angle_rad`. Such edges are joined to lines, and samples are at
+/// most `spacing_m` apart along a line. Ends, junctions and bends of lines get samples, too. Concave edges get none,
+/// because another surface touches their faces first.
 ///
-/// Out     samples; two of them with normals in similar directions are at least 0.4 spacings apart
+/// Out     samples; those with normals in similar directions are at least 0.4 spacings apart
 std::vector<SurfaceSample> sharp_samples(const SurfaceTopology& surface, double angle_rad, double spacing_m);
 
 }  // namespace tandem::geometry

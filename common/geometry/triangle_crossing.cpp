@@ -36,8 +36,9 @@ bool meet_in_mesh(const Corners& a, const std::array<int, 3>& vertices_a, const 
 
 }  // namespace
 
-/// Clips the segment by five planes. Two are parallel to the triangle, on both sides at the distance `tolerance_m`. The
-/// other three contain a side of the triangle each.
+/// The segment is clipped by five planes, and meets the triangle if something remains. Two planes are parallel to the
+/// triangle, at the distance `tolerance_m` on either side. Each of the other three contains a side of the triangle and
+/// is moved outwards by `tolerance_m`.
 bool meets(const Corners& corners, const Vec3& p, const Vec3& q, double tolerance_m) noexcept {
   const Vec3 across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
   const double size = across.norm();
@@ -95,7 +96,7 @@ void visit_crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::spa
                     double tolerance_m, int threads, std::size_t& work,
                     const std::function<bool(std::size_t triangle, std::span<const std::size_t> others)>& visit) {
   constexpr std::size_t kFirst = 64, kMost = 2048, kByOne = 32;
-  /// Limit of the work that is done ahead of the calls of `visit`. This work is wasted if `visit` ends the loop.
+  /// Limit of the work that is done before the calls of `visit` for its results. It is wasted if `visit` ends the loop.
   constexpr std::size_t kWorkAhead = 200'000;
   std::vector<std::vector<std::size_t>> found(kMost);
   std::vector<std::size_t> works(kMost);

@@ -31,7 +31,7 @@ std::vector<std::size_t> crossing(const TriangleMesh& mesh, const TriangleTree& 
                                   double tolerance_m, std::vector<TriangleTree::Near>& near, std::size_t& work);
 
 /// Calls visit(triangle, others) for each of `triangles` in order, until `visit` returns false. `others` is the result
-/// of crossing(). The calls and the counted work do not depend on the number of threads.
+/// of crossing() for the triangle. The calls, and the work that is counted, are the same for any number of threads.
 void visit_crossing(const TriangleMesh& mesh, const TriangleTree& tree, std::span<const int> triangles,
                     double tolerance_m, int threads, std::size_t& work,
                     const std::function<bool(std::size_t triangle, std::span<const std::size_t> others)>& visit);

@@ -24,9 +24,9 @@ constexpr std::uint32_t kCountShift = 28;
 constexpr std::uint32_t kSlotMask = (1U << kCountShift) - 1U;
 constexpr std::uint32_t kMaxLeafTriangles = 2;
 constexpr int kBins = 16;
-/// In the first kBinnedLevels levels of division, triangles are divided where the estimated cost of a search is lowest.
-/// In deeper levels, they are divided into halves of equal count. With 28 bits for slots, a tree has fewer than 48 + 28
-/// levels of division. A node contains two levels.
+/// The first kBinnedLevels divisions of the triangles are where the estimated cost of a search is lowest. Deeper
+/// divisions halve the number of triangles, which limits the depth of the tree: with at most 2²⁸ slots, there are fewer
+/// than 48 + 28 levels of division. A node contains two of these levels.
 constexpr int kBinnedLevels = 48;
 constexpr int kStackSize = 3 * (48 + 28) / 2 + 8;
 constexpr std::uint32_t kMaxInDisk = 256;  ///< largest number of triangles below a child that gets a disk
@@ -111,9 +111,10 @@ std::size_t gather(const Nodes& nodes, std::uint32_t root, const Corners& corner
 
 }  // namespace
 
-/// A node has up to four children, with links and bounding boxes in single precision, rounded outwards. A child with
-/// few triangles also has a flat disk around the middle of its box. On a fine slanted mesh, the boxes extend far beyond
-/// their triangles. The disks are tighter, so a search near the mesh can skip more children.
+/// A node stores up to four children: their links, and their bounding boxes in single precision, rounded outwards. A
+/// child with few triangles also has a disk: a flat cylinder around the middle of its box that contains these
+/// triangles. On a fine slanted mesh, boxes are much larger than their triangles, but disks are not. A search near the
+/// mesh can therefore skip more children.
 struct alignas(64) TriangleTree::Node {
   std::array<Four, 3> low = {Four(kFar), Four(kFar), Four(kFar)};
   std::array<Four, 3> high = low;
@@ -150,8 +151,8 @@ struct RoundedPlace {
       : p_S(exact_S.cwiseMax(-kFar).cwiseMin(kFar).cast<float>()),
         off_m((exact_S - p_S.matrix().cast<double>()).norm()) {}
 
-  /// Returns the limit of least_squared() for a search within the distance √squared_m2. A node above this limit has no
-  /// triangle within the distance.
+  /// Returns the limit of least_squared() for a search within the distance √squared_m2. If the value of a child exceeds
+  /// the limit, none of its triangles is within this distance.
   float limit_m2(double squared_m2) const {
     const double limit_m = (1 + kRounding) * (std::sqrt(squared_m2) + off_m);
     return static_cast<float>(std::min(limit_m * limit_m, static_cast<double>(std::numeric_limits<float>::max())));
@@ -253,9 +254,8 @@ struct TriangleTree::Builder {
   }
 
   std::uint32_t subtree(std::uint32_t begin, std::uint32_t end, int level) {
-    // The user may cancel the construction at call-off points. These are spread evenly over the triangles, because the
-    // cost of a node is proportional to its triangles. Every subtree with at least kCallOffEvery triangles has such a
-    // point.
+    // The user may cancel the construction at call-off points. Every subtree with at least kCallOffEvery triangles has
+    // one. They are thus spread evenly over the work, because the cost of a node is proportional to its triangles.
     if (begin / kCallOffEvery != end / kCallOffEvery) call_off_point();
     if (end - begin <= kMaxLeafTriangles) return kLeafBit | ((end - begin - 1U) << kCountShift) | begin;
     const std::uint32_t middle = divide(begin, end, level);
@@ -291,7 +291,7 @@ struct TriangleTree::Builder {
     Vec3 normal = Vec3::Zero();
     for (const std::uint32_t triangle : triangles) normal += doubled_area(mesh, triangle);
     if (!(normal.norm() > 0)) return;
-    // The margin makes the normal slightly longer than 1, so that it is at least 1 after rounding to single precision.
+    // The normal is lengthened by a margin, so that its length is at least 1 after rounding to single precision.
     normal *= (1 + kRounding / 8) / normal.norm();
     Vec3 middle;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -459,8 +459,8 @@ std::size_t TriangleTree::within(const Eigen::AlignedBox3d& box_S, std::span<Nea
   return gather(nodes_, root_, corners_, triangle_of_slot_, may_be_in, is_in, found);
 }
 
-/// Separating-axis test: a box and a line do not meet if their projections on some axis are disjoint. The axes are the
-/// cross products of the line's direction with the coordinate axes.
+/// Separating-axis test: a box and a line do not meet if an axis exists along which their projections do not overlap.
+/// The axes to test are the cross products of the line's direction with the coordinate axes.
 bool TriangleTree::may_cross(const Node& node, Eigen::Index child, const Vec3& p_S, const Vec3& along) noexcept {
   const auto corner = [child](const std::array<Four, 3>& of) { return Vec3(of[0][child], of[1][child], of[2][child]); };
   const Vec3 low = corner(node.low), high = corner(node.high);

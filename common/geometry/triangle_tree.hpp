@@ -50,8 +50,8 @@ class TriangleTree {
   ///   inside on both sides are ignored.
   Closest closest_of_solid(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                            int hint = -1) const noexcept;
-  /// Returns whether the tree treats the parts of the mesh separately. It does so if their bounding boxes overlap,
-  /// edges are unpaired, or triangles cross each other.
+  /// Returns whether the tree treats parts of the mesh separately. It does so for parts whose bounding boxes overlap,
+  /// whose triangles cross each other, or which have unpaired edges.
   bool may_overlap() const { return parts_ != nullptr; }
   /// A triangle of the mesh with the corners a, a + ab, a + ac.
   struct Near {

@@ -10,12 +10,13 @@
 namespace tandem::geometry {
 namespace {
 
-/// Triangles are divided into pieces whose sides are below a maximum length. The search for this length starts at the
-/// longest side and multiplies by kShorter in each step. The length stays above kShortest times the longest side, and
-/// above kLong times the median width of the triangles.
+/// Triangles are divided into pieces whose sides are below a maximum length, which is found by trial. The search starts
+/// at the longest side of the mesh and multiplies the length by kShorter, as long as the number of pieces is permitted.
+/// It ends at the larger of two lengths: kShortest times the longest side, and kLong times the median width of the
+/// triangles.
 constexpr double kShortest = 1.0 / 64, kShorter = 0.8, kLong = 3;
-/// Maximum number of times that a triangle is halved; a side of kShortest requires fewer halvings. If the ends of a
-/// side are adjacent doubles, its middle equals one of them, and only this limit ends the recursion.
+/// Maximum number of halvings of a triangle. Fewer suffice for sides of the length kShortest. The limit is needed if
+/// the ends of a side are adjacent doubles: the middle of the side then equals one end, and halving would never end.
 constexpr int kMaxHalvings = 24;
 
 Vec3 centroid(const std::array<Vec3, 3>& corners) {
@@ -59,9 +60,10 @@ void divide(const std::array<Vec3, 3>& corners, double side_m, const Visit& visi
 
 }  // namespace
 
-/// Node that contains the pieces first … first + count − 1. Its children are the next node in the array and the node
-/// `second`. The integrals are over the surface of its pieces, with the unit normal n and the vector d from middle_S to
-/// the area element dA. far_angle() evaluates them for the vector r from the query point to middle_S.
+/// Node with the pieces first … first + count − 1. Its children are the next node in the array and the node `second`.
+/// It stores integrals over the surface of its pieces. In these, n is the unit normal, dA the area element, and d the
+/// vector from middle_S to the area element. far_angle() uses them for a query point at a distance; r is the vector
+/// from that point to middle_S.
 struct WindingNumber::Node {
   Vec3 middle_S = Vec3::Zero();
   Vec3 area_m2 = Vec3::Zero();                         ///< N = ∫ n dA
@@ -77,8 +79,8 @@ struct WindingNumber::Node {
   std::uint32_t next = 0;    ///< index of the next node after this subtree
 };
 
-/// Sum of angles between −π and π. Each angle is the direction of a point (x, y). The points are multiplied as complex
-/// numbers, and full turns are counted, so that one arc tangent suffices for the whole sum.
+/// Sum of angles between −π and π. Each angle is given by a point (x, y) in its direction. The points are multiplied as
+/// complex numbers, and full turns are counted. Thus, the whole sum needs only one arc tangent.
 struct WindingNumber::AngleSum {
   double x = 1;
   double y = 0;
@@ -253,8 +255,8 @@ bool WindingNumber::add_angle(const std::array<Vec3, 3>& corners, const Vec3& p_
   const double x = all + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
   const double y = a.dot(b.cross(c));
   sum.add(x, y);
-  // With a tolerance: x is 0 if the point is on a side of the triangle, and negative if it is in the triangle's
-  // interior.
+  // The sign of x shows whether p is on the triangle, in whose plane y is 0. x is 0 on a side and negative in the
+  // interior. Both tests have a tolerance.
   return x <= kOnShare * all && std::abs(y) <= kOnShare * all;
 }
 

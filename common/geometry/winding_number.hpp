@@ -14,17 +14,18 @@ namespace tandem::geometry {
 /// Generalised winding number of triangles that mostly face outwards. It is 1 inside a closed surface, 0 outside,
 /// between 0 and 1 near a hole, and larger where solids overlap.
 ///
-/// Model   w(p) = Σ Ω(p) / 4π, where Ω is the solid angle of each triangle. A group of triangles is approximated if its
-///         distance exceeds kFar times its radius. Let r be the vector from p to the group's centre c, d the vector
-///         from c to a point of the group, and n the normal at that point. Then Ω = ∫ F·n dA, where F = (r + d) / |r +
-///         d|³ is expanded as a series in d up to second order. The coefficients of the series are the moments ∫ n dA,
-///         ∫ n d dA and ∫ n d d dA of each node
+/// Model   The winding number at the point p is w(p) = Σ Ω / 4π, where Ω is the solid angle of each triangle seen from
+///         p. For a group of triangles whose distance exceeds kFar times its radius, Ω is approximated:
+///         * r: vector from p to the group's centre c; d: vector from c to a point of the group; n: normal at that
+///           point.
+///         * Ω = ∫ F·n dA with F = (r + d) / |r + d|³. F is expanded as a series in d up to second order.
+///         * The coefficients of the series are the moments ∫ n dA, ∫ n d dA and ∫ n d d dA, which each node stores
 /// Source  Jacobson, Kavan & Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers",
 ///         2013; Barill et al., "Fast winding numbers for soups and clouds", 2018, eq. 8 to 14; solid angle: Van
 ///         Oosterom & Strackee, "The solid angle of a plane triangle", 1983
-/// Cost    Some microseconds per query; memory of 100 bytes per piece, and the nodes of the tree. Triangles near the
-///         query point are summed one by one, and a long triangle is near many points. Long triangles are therefore
-///         divided into pieces first; the number of pieces is at most kPieces times the number of triangles
+/// Cost    some microseconds per query; 100 bytes of memory per piece, and the nodes of the tree. Triangles near the
+///         query point are summed one by one, and long triangles are near many points. They are therefore divided into
+///         pieces: at most kPieces times as many as there are triangles
 /// Thread  any number of threads at the same time; a query allocates nothing
 class WindingNumber {
  public:
@@ -37,10 +38,10 @@ class WindingNumber {
 
   /// Returns the winding number at a point, accurate to kTolerance.
   ///
-  /// In      excluded_triangle  a triangle to exclude, in whose plane p must lie; −1: none. At the middle of a
-  ///         triangle, the result is then the winding number of all other triangles
-  /// Out     lies_on  whether p lies on another triangle, or closer to it than about 1/1000 of the triangle's size. The
-  ///         contribution of that triangle then depends on rounding
+  /// In      excluded_triangle  triangle to exclude; −1: none. p must be in its plane. At the middle of this triangle,
+  ///         the result is the winding number of all other triangles
+  /// Out     lies_on  true: p is on a triangle that is not excluded, or nearer to it than about 1/1000 of its size. Its
+  ///         contribution then depends on rounding
   double at(const Vec3& p_S, int excluded_triangle = -1, bool* lies_on = nullptr) const noexcept;
 
  private:

@@ -5,15 +5,16 @@
 
 namespace tandem::haptics {
 
-/// Smoothest path that is consistent with the reported poses. Work must not be computed along the jumps of the reported
-/// pose. Otherwise, a spring of stiffness k whose end is reported in steps δ would seem to give k δ²/2 at each step,
-/// whatever the true path.
+/// Path of the true pose, estimated between the quantization steps of the encoders. Work must be computed along this
+/// path, not along the jumps of the reported pose. Along the jumps, a spring of stiffness k whose end is reported in
+/// steps of δ would seem to give k δ²/2 at each step, for any true path.
 ///
-/// Model   p̂_k = q_k + e, with the report q, the estimated velocity v and the period T. Each component of e = p̂_{k−1}
-///         + v T − q_k is clamped to half a step, because the true position lies in this interval. If a report
-///         alternates between two neighbouring values, the path is at rest. With a wider interval, the path could lag
-///         behind like the velocity estimate, and the lag would appear as work. Rotations are treated in the same way,
-///         by rotation vectors. If the steps are 0, the path equals the reports
+/// Model   Path position at tick k: p̂_k = q_k + e_k, with the reported position q_k and the correction e_k = p̂_{k−1}
+///         + v T − q_k. v is the estimated velocity and T the period. Each component of e_k is clamped to half a step,
+///         because the true position lies within half a step of the report.
+///         At rest, a report that alternates between two neighbouring values gives a constant path. A wider clamp would
+///         let the path lag as the velocity estimate does; the lag would appear as work.
+///         Rotations are treated in the same way, by rotation vectors. If the steps are 0, the path equals the reports
 /// Source  our derivation
 /// Thread  haptic: no allocation, no throw
 class EncoderPath {

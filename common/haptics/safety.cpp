@@ -18,16 +18,17 @@ constexpr double kAbsurdWrench = 1e6;
 // or more. A body that a user carries or shakes moves along its force at 0.5 m/s at most (our estimate). A device of
 // 0.15 kg that nobody holds reaches 1 m/s within 15 mm under a force of 5 N.
 constexpr double kDriving_n = 1, kDriven_m_per_s = 1;
-// Time constants when a new state ends a silence. The gain continues to fall for about kFallEnds_s. If the wrench rises
-// meanwhile, the rise is displayed with the time constant kShownAgain_s. Therefore neither the force nor its slope
-// jumps.
+// Time constants of the transition when a new state ends a silence. They avoid jumps of the force and of its slope:
+// * kFallEnds_s: the gain does not stop falling at once; the rate of its fall decays with this time constant.
+// * kShownAgain_s: a rise of the wrench during that fall is displayed later, with this time constant.
 constexpr double kFallEnds_s = 0.006;
 constexpr double kShownAgain_s = 0.020;
 constexpr double kSteepestFall_per_s = 60;
-// Limits for the time kReturns_s after a silence, because the first new states may differ much from the last one. A
-// rise of the force, and the fall of a strong force, are slower than a perceptible step (0.3 N/ms). If the computed
-// force has vanished during the silence, the displayed force decays within 15 ms. A gap that is almost long enough for
-// a silence is treated in the same way.
+// Limits that apply for the time kReturns_s after a silence, because the first new states may differ much from the last
+// one. They also apply after a gap that was up to kAlmost shorter than a silence.
+// * kReturn_n_per_s, kSteepestFall_n_per_s: rise of the force, and fall of a strong force. Both are below 0.3 N/ms, a
+//   change that users perceive as a step.
+// * kRelease_s: duration of the decay if the computed force has vanished during the silence.
 constexpr double kReturns_s = 0.5, kReturn_n_per_s = 280, kSteepestFall_n_per_s = 250, kRelease_s = 0.015;
 constexpr Duration kAlmost{std::chrono::milliseconds(15)};
 // Rate at which the force falls when the clutch is pressed. Users do not perceive 0.1 N/ms as a step. The torque falls
@@ -73,8 +74,8 @@ bool is_plausible(const Wrench& wrench) {
          wrench.t.cwiseAbs().maxCoeff() < kAbsurdWrench;
 }
 
-/// Returns true if the handle moves along the displayed force faster than kDriven_m_per_s. A user can move the handle
-/// at that speed, but not in the direction of such a force.
+/// Returns true if the handle moves along the displayed force faster than kDriven_m_per_s. We assume that a hand which
+/// holds the handle reaches this speed only in other directions.
 bool is_driven_off(const Vec3& handle_v, const Vec3& force_on_hand) {
   const double force_n = force_on_hand.norm();
   return force_n >= kDriving_n && handle_v.dot(force_on_hand) > kDriven_m_per_s * force_n;
@@ -119,8 +120,8 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   update_gain(input, elapsed_s, rise_s);
 
   const double share = gain_ < gain_before ? gain_ / gain_before : 1.0;
-  // When the clutch is pressed or released, the handle's speed jumps, and so does the damper force. The computed wrench
-  // is therefore ignored until the decay has ended, even if the clutch was released meanwhile.
+  // While a clutch press is latched, the computed wrench is ignored, even if the clutch was released meanwhile.
+  // Pressing and releasing let the handle's speed jump, and with it the damper force.
   const bool is_clutched = (latched_ & kSafetyClutched) != 0;
   const bool is_usable =
       input.has_state && input.is_displaying && !is_clutched && input.sample_is_valid && is_plausible(input.wrench);
@@ -173,8 +174,8 @@ SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcep
 void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double rise_s) noexcept {
   const double gain_before = gain_;
   const double silence = silence_gain(input.state_age);
-  // If a fault ends while the force still decays, the decay continues to zero. The fault's latch is cleared only when
-  // the device has displayed zero.
+  // A fault stays latched until the device has displayed zero. If the fault ends earlier, the decay nevertheless
+  // continues to zero.
   if (is_quiet() && faults_ == 0) latched_ = 0;
   if (latched_ != 0 || !input.has_state || !input.is_displaying) {
     gain_ = std::max(0.0, gain_ - release_step(input, elapsed_s));
@@ -187,8 +188,8 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
   returning_s_ = is_gap ? kReturns_s : std::max(0.0, returning_s_ - elapsed_s);
   if (is_gap) silent_force_n_ = displayed_.f.norm();
   fall_per_s_ *= std::exp(-elapsed_s / kFallEnds_s);
-  // In a silence, the gain usually falls more slowly than this bound. After a stall of the loop it would fall at once;
-  // the bound then spreads the fall over several ticks.
+  // Lower bound of the gain in this tick. In a silence the gain usually falls more slowly. After a stall of the loop,
+  // the silence gain may be 0 at once; the bound then spreads the fall over several ticks.
   const double least = gain_before - elapsed_s / to_seconds(settings_.fault_decay);
   gain_ = std::max(std::min(gain_, silence), least);
   if (gain_ <= 0) {
@@ -197,14 +198,15 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
     fall_per_s_ = std::clamp((gain_before - gain_) / elapsed_s, 0.0, kSteepestFall_per_s);
   }
   faults_ |= latched_;
-  // If no force is to be displayed, a missing state does not count as silence. A state that is too old does.
+  // While no force is to be displayed, only a state that is too old counts as silence; a missing state does not.
   const bool is_silent = (input.is_displaying && !input.has_state) || silence < 1;
   if (is_silent) faults_ |= kSafetySilence;
   if (!input.is_displaying) faults_ |= kSafetyNotDisplaying;
   if (gain_ < 1 && latched_ == 0 && !is_silent && input.is_displaying) faults_ |= kSafetyRamping;
 }
 
-// Returns the decrease of the gain. A pressed clutch is not a fault: its decay is so slow that the user feels no step.
+// Returns the decrease of the gain in a tick. A pressed clutch is not a fault: the force then decays more slowly than
+// after a fault, so that the user feels no step.
 double SafetyChain::release_step(const SafetyInput& input, double elapsed_s) const noexcept {
   const double most = elapsed_s / to_seconds(settings_.fault_decay);
   const bool is_gentle = latched_ == kSafetyClutched && input.has_state && input.is_displaying;
@@ -218,7 +220,7 @@ double SafetyChain::release_step(const SafetyInput& input, double elapsed_s) con
 double SafetyChain::silence_gain(Duration state_age) const noexcept {
   const double left_s = to_seconds(settings_.silence_zero - state_age);
   const double left = std::clamp(left_s / to_seconds(settings_.silence_zero - settings_.silence_start), 0.0, 1.0);
-  // The slope is zero at both ends, so that the user hardly feels a silence that has only begun.
+  // This polynomial has zero slope at both ends, so that the user hardly feels the first milliseconds of a silence.
   return left * left * left * (10 - 15 * left + 6 * left * left);
 }
 

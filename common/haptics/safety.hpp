@@ -60,7 +60,7 @@ struct SafetyInput {
   bool has_state = false;     ///< whether a state was received in this session
   bool is_displaying = true;  ///< false for an observer or before joining: zero force, even if states arrive
   /// Whether the clutch is pressed. The handle then rests in the world while the hand moves. A force computed from the
-  /// handle would push the hand without limit and would create energy.
+  /// resting handle would do work along the hand's motion, and could create energy without limit.
   bool is_clutched = false;
   bool sample_is_valid = true;
   double handle_speed_m_per_s = 0;
@@ -70,22 +70,23 @@ struct SafetyInput {
 
 /// Safety stages before the clamp. apply() is called once a tick.
 ///
-/// Model   Rise: the gain g rises by dt / start_ramp and is at most the silence gain, a smooth function of the state's
-///         age that falls from 1 to 0. After a silence g returns smoothly, too.
-///         Fall: after a fault g falls by dt / fault_decay to 0 before it may rise again. It falls at the same rate
-///         while there is no state or nothing is displayed. If the clutch is the only reason for a fall, the wrench
-///         falls no faster than 100 N/s and 5 N·m/s. If the handle moves faster than 1 m/s along a displayed force of 1
-///         N or more, it is a fault: the force drives a handle that no hand holds.
+/// Model   Rise: the gain g rises by dt / start_ramp in a tick of the duration dt. g is at most the silence gain, a
+///         smooth function of the state's age that falls from 1 to 0. After a silence g rises smoothly, too.
+///         Fall: after a fault, or while there is no state or nothing is displayed, g falls by dt / fault_decay. After
+///         a fault g must reach 0 before it may rise again. If the clutch is the only reason for a fall, the wrench
+///         falls no faster than 100 N/s and 5 N·m/s.
+///         Driven handle: a handle that moves faster than 1 m/s along a displayed force of 1 N or more is a fault. The
+///         force then drives a handle that no hand holds.
 ///         Output: out = slew(g · wrench). While g falls, |out| ≤ |displayed before| · g / g_before, separately for
-///         force and torque. The part removed by this bound returns within 60 ms once g stops falling. If there is no
+///         force and torque. Once g stops falling, the part removed by this bound returns within 60 ms. If there is no
 ///         usable wrench (no state, no sample, not finite, clutched), out is the displayed wrench times g / g_before.
 ///         The decay after a fault ends when zero has been displayed, not when it has been computed.
 ///         Stalls: while the loop does not run (a stopped process, a suspended machine), the device holds the last
-///         force. A late tick is therefore a fault. It counts as one period, so that the force decays in steps from its
-///         held value, for any new wrench and any age of the state.
-///         Returns: for 0.5 s after a silence, or after a gap at most 15 ms shorter than a silence, the force changes
-///         by at most 0.28 N/ms. The torque is limited to the same fraction of its slew limit. A decrease to zero still
-///         takes at most 15 ms. A falling gain reduces the force by at most 0.25 N/ms.
+///         force. A late tick is therefore a fault. The force then decays in steps from its held value, whatever the
+///         new wrench and the age of the state; each step is that of one period.
+///         Return after a silence: for 0.5 s the force changes by at most 0.28 N/ms, and the torque by the same
+///         fraction of its slew limit. A falling gain reduces the force by at most 0.25 N/ms, but a decrease to zero
+///         still takes at most 15 ms. These limits also apply after a gap that is up to 15 ms shorter than a silence.
 /// Thread  haptic: no allocation, no throw
 class SafetyChain {
  public:
@@ -94,8 +95,8 @@ class SafetyChain {
   explicit SafetyChain(const SafetySettings& settings);
   /// Returns the wrench for the device writer. It is always finite.
   Wrench apply(LocalTime now, const SafetyInput& input) noexcept;
-  /// Sets the wrench that was displayed after the clamp. The next change is measured from this wrench, so that a
-  /// clamped force does not wind up. Without this call, the result of apply() is used.
+  /// Sets the wrench that was displayed after the clamp; without this call, it is the result of apply(). The slew limit
+  /// counts from this wrench. Otherwise the output could grow far beyond a clamped force (wind-up).
   void set_displayed(const Wrench& wrench) noexcept { displayed_ = wrench; }
   /// Lets the force decay to zero over fault_decay, then starts the ramp again.
   void rearm() noexcept { latched_ |= kSafetyRamping; }
@@ -118,12 +119,12 @@ class SafetyChain {
   LocalTime last_time_{};
   bool has_time_ = false;
   double gain_ = 0.0;
-  double fall_per_s_ = 0.0;      ///< rate at which the gain falls in a silence; decays when the silence has ended
-  double returning_s_ = 0.0;     ///< remaining time after a silence during which the force may change only slowly
+  double fall_per_s_ = 0.0;   ///< rate at which the gain falls in a silence [1/s]; decays after the end of the silence
+  double returning_s_ = 0.0;  ///< remaining time after a silence during which the force may change only slowly
   double silent_force_n_ = 0.0;  ///< force displayed when the silence ended
   Wrench displayed_;
-  /// Fraction of (gain times wrench) that is displayed. It falls if the gain falls while the wrench rises. When the
-  /// gain stops falling, the fraction returns to 1.
+  /// Fraction of (gain times wrench) that is displayed, for force and torque. It falls below 1 if the gain falls while
+  /// the wrench rises. When the gain stops falling, the fraction returns to 1.
   double shown_force_ = 1;
   double shown_torque_ = 1;
   SafetyFaults latched_ = 0;  ///< faults whose decay has not reached zero yet

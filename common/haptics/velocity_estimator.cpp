@@ -28,9 +28,10 @@ bool lies_on(const History& history, std::size_t window, const Vec3& mean, doubl
   return true;
 }
 
-// Fits lines by least squares over longer and longer windows until a sample deviates from the line. Returns the last
-// good line. Quantization causes an error of at most half a step; the fit has an error of the same size, except at the
-// ends of short windows, where it is larger.
+// Returns the longest line that fits the newest samples. Windows of growing length are fitted by least squares until a
+// sample deviates from its line by more than one step. One step allows for two errors of half a step each: the
+// quantization error of the sample, and the error of the fitted line. At the ends of short windows, the line's error is
+// larger.
 Line longest_line(const History& history, double step, std::size_t most) {
   Line line;
   if (history.count < 2) return line;

@@ -40,8 +40,8 @@ bool AddressRace::has(State state) const {
   return std::ranges::find(candidates_, state, &Candidate::state) != candidates_.end();
 }
 
-/// Returns the first waiting address of the preferred family (IPv4 or IPv6), or else of the second family; null if
-/// none.
+/// Returns the next address to try: the first waiting one of the preferred family (IPv4 or IPv6). If that family has
+/// none, returns the first waiting one of the second family; null if no address is waiting.
 AddressRace::Candidate* AddressRace::first_waiting() {
   Candidate* first = nullptr;
   for (Candidate& candidate : candidates_) {
@@ -73,7 +73,7 @@ std::optional<Address> AddressRace::next(LocalTime now) {
   return candidate.address;
 }
 
-/// Returns the time when the attempt times out. Empty if no other usable address remains: the attempt then has no time
+/// Returns the time when the attempt times out. Empty if all other addresses have failed: the attempt then has no time
 /// limit in this class, and the caller decides how long it may last.
 std::optional<LocalTime> AddressRace::expiry(const Candidate& candidate) const {
   const bool is_going_on = candidate.state == State::kTrying || candidate.state == State::kAccepted;

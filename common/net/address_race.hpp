@@ -39,12 +39,13 @@ struct RaceSettings {
 
 /// Connection attempts to several addresses of one server, of which the first success is used.
 ///
-/// Model   Attempts start one after the other: attempt_delay after the start of the previous one, or at once if the
-///         previous one failed. IPv6 comes first, then the families alternate. Within a family the order is that of the
-///         resolver. The first address that accepts wins. The remaining attempts are cancelled; their addresses are
-///         tried again if the winner turns out not to be the expected server.
+/// Model   The race makes its attempts one after the other. An attempt starts attempt_delay after the previous one, or
+///         at once if the previous one failed.
+///         Order: IPv6 comes first, then the families alternate. Within a family, the order of the resolver is used.
+///         The first address that accepts wins, and the remaining attempts are cancelled. Their addresses are tried
+///         again if the winner turns out not to be the expected server.
 /// Source  RFC 8305, sections 3 to 6. Here an address that won an earlier race comes first (§4 permits it).
-/// Limits  kMaxPerFamily addresses per family; further ones are ignored
+/// Limits  kMaxPerFamily addresses per family; the race ignores all others
 /// Thread  any, one at a time
 class AddressRace {
  public:
@@ -56,23 +57,23 @@ class AddressRace {
 
   /// Adds the DNS answer for one family. `problem` states why the answer contains no address.
   void add(std::span<const Address> addresses, bool is_v6, const std::string& problem, LocalTime now);
-  /// Returns the address to connect to now. Call it repeatedly until it returns nothing.
+  /// Returns the address to connect to now; empty if no attempt is to start now. Call it repeatedly until it is empty.
   std::optional<Address> next(LocalTime now);
-  /// Returns the earliest time at which next() or expired() can return a new result. Empty if time alone changes
-  /// nothing, and only add(), failed() or accepted() can lead to a new result.
+  /// Returns the earliest time at which next() or expired() can return a new result. Empty if their results can change
+  /// only after a call of add(), failed() or accepted().
   std::optional<LocalTime> due() const;
-  /// Returns an attempt that has timed out; the caller cancels it and calls failed().
+  /// Returns the address of an attempt that has timed out. The caller cancels that attempt and calls failed().
   std::optional<Address> expired(LocalTime now) const;
   /// Records that an attempt, or the accepted connection, failed.
   void failed(const Address& address, AttemptFailure failure, const std::string& why);
   /// Declares the address the winner. No further attempt starts; the caller cancels all other attempts.
   void accepted(const Address& address);
 
-  /// Returns whether every address has failed and no look-up is outstanding. A race that began with known addresses
-  /// does not wait for look-ups, because an unresponsive name server must not delay reconnections. A late DNS answer is
-  /// used by the next race.
+  /// Returns whether the race has failed: every address has failed and no look-up is outstanding. If the race began
+  /// with known addresses, outstanding look-ups do not count, because an unresponsive name server must not delay
+  /// reconnections. A DNS answer that arrives too late for this race is used by the next race.
   bool is_lost() const;
-  /// Returns a readable list of the results of all tried addresses and of the look-ups.
+  /// Returns readable text with the result of each tried address and each look-up.
   std::string report() const;
   bool has_addresses() const { return !candidates_.empty(); }
   /// Returns why the only address failed. Empty if there are several addresses, or if the only one did not fail.
@@ -101,7 +102,7 @@ class AddressRace {
   std::vector<std::string> lookup_problems_;
   int lookups_;                           ///< number of outstanding look-ups
   bool awaits_v6_;                        ///< whether the IPv6 answer of DNS is outstanding
-  std::optional<LocalTime> v4_answered_;  ///< time of the IPv4 answer, while the IPv6 answer is outstanding
+  std::optional<LocalTime> v4_answered_;  ///< time of the IPv4 answer of DNS, set while the IPv6 answer is outstanding
   bool is_v6_next_;                       ///< the next attempt prefers an IPv6 address
   std::optional<Address> last_tried_;     ///< address of the last attempt; empty: no attempt has started
   std::optional<LocalTime> last_start_;   ///< start of the last attempt; empty: the next attempt may start at once

@@ -51,8 +51,8 @@ void ClockSync::slew(LocalTime now) {
   const double error_s = std::abs(to_seconds(error));
   const double rate = std::clamp(error_s / kSlewTimeConstantS, kSlowestSlew, kFastestSlew);
   const Duration step = std::min(from_seconds(rate * elapsed_s), std::chrono::abs(error));
-  // If the step is below one nanosecond, slewed_at_ stays unchanged. The elapsed time then accumulates until it gives a
-  // step.
+  // A step below one nanosecond is rounded to zero. In this case slewed_at_ stays unchanged, so that the elapsed time
+  // of several calls adds up to a step of at least one nanosecond.
   if (step == Duration{0} && error != Duration{0}) return;
   slewed_at_ = now;
   current_ += error < Duration{0} ? -step : step;

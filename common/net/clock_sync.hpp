@@ -9,17 +9,19 @@
 
 namespace tandem::net {
 
-/// Estimates the offset from the exchanges with the smallest delay of the last seconds. After settling, the estimate
-/// changes gradually, without steps.
+/// Estimates the offset from the exchanges that had the smallest delay during the last seconds. After an initial
+/// settling time, the estimate changes gradually, without steps.
 ///
 /// Model   An exchange has the delay δ = (t4 − t1) − (t3 − t2) and the offset θ = ((t2 − t1) + (t3 − t4)) / 2. The
-///         error of θ is half the difference between the forward and the return delay. For each of the last kSlots
-///         periods of length kSlot, the exchange with the smallest δ is stored. The target is the stored θ with the
-///         smallest δ/2 + kDrift · age, because queueing falsifies new exchanges, and clock drift falsifies old ones.
+///         error of θ is half the difference between the forward and the return delay.
+///         Time is divided into periods of length kSlot. For each of the last kSlots periods, the exchange with the
+///         smallest δ is stored.
+///         The target of the estimate is the stored θ with the smallest δ/2 + kDrift · age. The first term is an upper
+///         bound of the error by queueing, the second of the error by clock drift.
 ///         Error of the target ≤ |fixed asymmetry| / 2 + (queueing in its exchange) / 2 + kDrift · its age.
-/// Settle  During kSettling after the first exchange the offset equals the target, even if the target steps. The start
-///         ramp keeps forces small during this time. Without settling, it would take about 10 s to correct a first
-///         exchange that was queued for 200 ms.
+/// Settle  During kSettling after the first exchange the offset equals the target, even if the target steps. Such steps
+///         are harmless, because the forces are still small (start ramp). If the offset were slewed from the beginning,
+///         a first exchange that was queued for 200 ms would need about 10 s to be corrected.
 /// Slew    After settling, the offset moves towards the target at the rate error / 2 s, clamped to 500 ppm … 5 %. An
 ///         error of 1 ms vanishes in 2 s; an error of 100 ms decreases to 1 ms in 10 s. Server time never stops or
 ///         steps.
@@ -38,7 +40,7 @@ class ClockSync {
   std::optional<ServerTime> server_time(LocalTime now);
   /// Round-trip time of the newest exchange, without the server's holding time.
   Duration round_trip() const { return round_trip_; }
-  /// Smallest round-trip time of the stored exchanges (last seconds); 0 before the first exchange.
+  /// Returns the smallest round-trip time of the stored exchanges; 0 before the first exchange.
   Duration minimum_round_trip() const;
   /// Discards all exchanges; call it when the server changes or restarts.
   void reset() { *this = ClockSync(); }

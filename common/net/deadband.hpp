@@ -6,8 +6,8 @@
 
 namespace tandem::net {
 
-/// Maximum interval between messages (100 Hz), even if the content is unchanged or the link is slow. It limits how long
-/// a lost message has an effect.
+/// Maximum interval between messages (100 Hz). It applies even if the content is unchanged or the link is slow, so that
+/// a lost message is replaced after this time.
 inline constexpr Duration kDeadbandFloor = std::chrono::milliseconds(10);
 inline constexpr double kMaxDeadband = 0.5;
 
@@ -20,9 +20,9 @@ inline constexpr double kMaxDeadband = 0.5;
 ///         Torques and rotations follow the same rules.
 /// Source  Hinterseer, Hirche, Chaudhuri, Steinbach, Buss, "Perception-based data reduction and transmission of haptic
 ///         data in telepresence and teleaction systems", IEEE Trans. Signal Processing 56(2), 2008: Weber's deadband on
-///         forces and velocities. The rule for positions and the floors are our additions. Without floors, sensor noise
-///         at rest would be sent. At forces below the floor, a just noticeable difference is a larger fraction of the
-///         force.
+///         forces and velocities. The rule for positions and the floors are our additions. A floor is the smallest
+///         magnitude that enters the threshold. Without floors, sensor noise at rest would be sent. At forces below the
+///         floor, a just noticeable difference is a larger fraction of the force.
 /// In      weber_fraction  w, 0..kMaxDeadband; with 0 every change counts. About 0.1 is suitable for human hands
 /// Thread  any, one at a time
 class Deadband {
@@ -36,10 +36,11 @@ class Deadband {
 
   bool is_off() const { return !(fraction_ > 0); }
   bool notices(const Wrench& now, const Wrench& sent) const;
-  /// In      X_believed  the receiver's current estimate: the last sent pose, or its extrapolation by the sent velocity
-  ///         felt        current force at the hand
-  ///         stiffness_…  stiffness of the coupling; it converts displacements to forces, so that the thresholds are
-  ///                      forces
+  /// In      now         current pose and velocity
+  ///         sent        last sent velocity
+  ///         X_believed  pose that the receiver assumes now: the last sent pose, or its extrapolation by `sent`
+  ///         felt        current force at the hand, which determines the threshold
+  ///         stiffness_…  stiffness of the coupling, by which displacements are converted to forces
   bool notices(const RigidState& now, const Twist& sent, const Pose& X_believed, const Wrench& felt,
                double stiffness_n_per_m, double stiffness_n_m_per_rad) const;
 

@@ -6,15 +6,15 @@
 namespace tandem::net {
 namespace {
 
-/// Transmission time of one piece of a pair at the current rate. A piece is a requested part of a file; pieces are
-/// requested in pairs (fetch_rate.hpp).
+/// Time for which one piece occupies the link at the current rate; it determines the size of a piece. A piece is a
+/// requested part of a file. Pieces are requested in pairs (fetch_rate.hpp).
 constexpr double kPiece_s = 1.75e-3;
-/// Maximum credit, as time at the current rate. It lets a caller that polls late request what it has missed.
+/// Maximum credit, as time at the current rate. It lets a caller that polls too late make the requests that were due.
 constexpr double kMadeUp_s = 5e-3;
-/// Time after a rate reduction before its effect is evaluated. The queue has then drained, and the window kShort holds
-/// only delays measured after the reduction.
+/// Time between a rate reduction and the evaluation of its effect. By then the queue has drained, and the window kShort
+/// contains only delays measured after the reduction.
 constexpr Duration kAfterFall = std::chrono::milliseconds(100);
-/// Ratio of the new allowance to a queueing delay that our own traffic did not cause.
+/// Factor by which the new allowance exceeds a queueing delay that our own traffic did not cause.
 constexpr double kLeave = 1.25;
 /// Interval over which the data rate of state updates is measured.
 constexpr Duration kStateWindow = std::chrono::milliseconds(50);

@@ -15,22 +15,23 @@ namespace tandem::net {
 /// Rate control at the receiver of files. The receiver requests pieces of files and gets them in the requested order.
 /// The sender only answers requests, so it needs no rate control.
 ///
-/// Model   Capacity: pieces are requested in pairs, whose two answers leave the sender together. The gap between their
-///         arrivals is the time that the bottleneck needs for the second answer and for state updates sent in between.
-///         The capacity follows from the mean time per byte of the shorter half of the last kPairs gaps.
+/// Model   Capacity of the link: pieces are requested in pairs, whose two answers leave the sender together. The gap
+///         between the arrivals of the two answers is the time that the bottleneck needs for the second answer and for
+///         state updates sent between the two. Of the last kPairs gaps, the shorter half is used: the capacity is the
+///         inverse of its mean time per byte.
 ///         Free rate: the capacity less the rate of state updates. With jitter, the shorter half of the gaps is too
-///         short, so the mean of all gaps gives a second upper limit.
+///         short, so the inverse mean of all gaps is a second upper limit of the free rate.
 ///         Request rate:
 ///         * It begins at kFirstRate and doubles once per round trip, up to kShare of the free rate.
-///         * A queue is detected when the least delay of state updates over kShort exceeds their least delay over kLong
-///           by more than the allowance (initially kQueue). The rate then falls by the factor kFall, and from then on
-///           rises by the factor kCareful per round trip.
-///         * If the rate is already below kFall of the free rate, the delay has another cause (jitter, a longer route,
-///           other traffic). In this case the allowance is raised to this delay, up to kMaxAllowed, and the rate may
-///           double again.
-///         Bytes in flight: at most rate · (least round trip + kAhead) plus two pieces.
-/// Limits  A pair occupies the link for 3.5 ms at the current rate, or for the time of two pieces of kMinPiece. State
-///         updates that are queued behind the pair wait for that time.
+///         * A queue is detected from two minima of the delay of state updates: over the time kShort and over the time
+///           kLong. There is a queue if the first exceeds the second by more than the allowance, which is initially
+///           kQueue. The rate then falls by the factor kFall, and afterwards rises by the factor kCareful per round
+///           trip instead of doubling.
+///         * A queue at a rate below kFall of the free rate has another cause (jitter, a longer route, other traffic).
+///           In this case the allowance is raised to this delay, up to kMaxAllowed, and the rate may double again.
+///         Bytes requested but not yet received: at most rate · (least round trip + kAhead) plus two pieces.
+/// Limits  A pair occupies the link for 3.5 ms at the current rate, or for the time of two pieces of kMinPiece. A state
+///         update that is queued behind the pair is delayed by this time.
 ///         Jitter of single packets reduces the rate. Fraction of the free rate that is reached: 73 to 85 % without
 ///         jitter, 40 to 60 % with jitter of 2 ms (standard deviation), 6 to 30 % with 5 to 10 ms.
 ///         Without state updates no delay can be measured. The rate then follows from the pairs alone, and kAhead
@@ -57,13 +58,14 @@ class FetchRate {
   static constexpr std::size_t kMaxPiece = 60 * 1024;
   static constexpr std::size_t kMaxInFlight = 512 * 1024;
 
-  /// Returns the size in bytes of the piece to request now; 0: no request now. The caller reports each request by
+  /// Returns the size in bytes of the piece to request now; 0: request nothing now. After each request the caller calls
   /// note_request().
   std::size_t bytes_to_request(LocalTime now) noexcept;
   void note_request(LocalTime now, std::size_t bytes);
-  /// Records the arrival of an answer, which may be a refusal. It belongs to the oldest outstanding request.
+  /// Records the arrival of the answer to the oldest outstanding request. The answer may be a refusal.
   void answered(LocalTime now) noexcept;
-  /// Records the arrival of a state update after `delay`, which is the difference of two clocks with a constant offset.
+  /// Records the arrival of a state update. `delay` is its arrival time (local clock) minus its send time (sender's
+  /// clock); it contains the constant offset of the two clocks.
   void state_came(LocalTime now, Duration delay, std::size_t bytes) noexcept;
   /// Restarts for a new connection: discards the outstanding requests and all measurements of the link.
   void reset() { *this = FetchRate(); }
@@ -81,7 +83,8 @@ class FetchRate {
   std::size_t piece() const noexcept;
   bool has_room_for(std::size_t bytes) const noexcept;
   void note_pair(std::size_t bytes, Duration apart) noexcept;
-  /// Returns the capacity less the state updates and less the other traffic that the pairs reveal.
+  /// Returns the free rate (see Model): the capacity less the rate of state updates, also limited by the mean of all
+  /// gaps.
   double free_bytes_per_s() const noexcept;
   void end_round(LocalTime now) noexcept;
 
@@ -100,7 +103,7 @@ class FetchRate {
   double state_bytes_per_s_ = -1;          ///< measured data rate of state updates; negative: not measured yet
   LocalTime begun_{};                      ///< time of the first answer on this connection
   Duration round_trip_ = Duration::max();  ///< smallest round trip so far
-  LocalTime round_from_{};  ///< a round ends with the first answer to a piece requested at or after this time
+  LocalTime round_from_{};  ///< the current round ends with the first answer to a piece requested at or after this time
   bool is_careful_ = false;
   Duration allowed_ = kQueue;
   LeastOver recent_{kShort};

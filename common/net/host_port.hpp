@@ -15,8 +15,8 @@ struct HostPort {
 };
 
 /// Parses a host with an optional port.
-/// Fails   std::invalid_argument: no host, no valid port (1 to 65535) after the colon, or an IPv6 address without
-///         brackets, whose last group could be mistaken for a port
+/// Fails   std::invalid_argument: the host is empty, the text after the colon is no port from 1 to 65535, or the text
+///         is an IPv6 address without brackets, whose last group could be mistaken for a port
 HostPort host_port_of(const std::string& text);
 
 /// Returns the host given to a command-line option that takes no port; brackets around an IPv6 address are removed.

@@ -7,7 +7,8 @@
 
 namespace tandem::net {
 
-/// Approximate sliding minimum in constant memory: the window is between half the given span and the whole span long.
+/// Approximate sliding minimum in constant memory. The result covers the newest values over a time that varies between
+/// half of the given span and the whole span.
 ///
 /// Thread  any, one at a time; no allocation
 class LeastOver {

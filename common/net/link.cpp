@@ -11,8 +11,8 @@ namespace tandem::net {
 namespace {
 
 constexpr Duration kMaxDelay = std::chrono::seconds(10);
-// Lower limit of mean_bad_period. Bad periods shorter than the interval between packets would make losses independent,
-// and each period costs a random draw.
+// Lower limit of mean_bad_period, for two reasons. Bad periods shorter than the interval between packets would make
+// losses independent of each other. Each period costs the drawing of a random number.
 constexpr Duration kMinBadPeriod = std::chrono::microseconds(100);
 // Maximum length of a period, about three years. It is longer than any trial, and a sum of a few such periods does not
 // overflow a Duration.
@@ -21,8 +21,8 @@ constexpr double kMaxPeriod_s = 1e8;
 constexpr std::uint64_t kDuplicateStreams = 1ULL << 40U;
 constexpr std::uint64_t kPathStreams = 1ULL << 41U;
 
-// Shape parameter of the Pareto distribution: our choice of the smallest integer for which the standard deviation is
-// finite. It gives the heaviest tail for which `jitter` is still a standard deviation.
+// Shape parameter of the Pareto distribution; our choice. The smaller it is, the heavier is the tail of the
+// distribution. 3 is the smallest integer for which the standard deviation, which `jitter` gives, is finite.
 constexpr double kParetoShape = 3.0;
 // Standard deviation σ of a Pareto (type I) variable of scale 1: √(a / ((a−1)² (a−2))).
 const double kParetoUnitSigma = std::sqrt(kParetoShape / (std::pow(kParetoShape - 1, 2) * (kParetoShape - 2)));
@@ -126,13 +126,13 @@ void SimulatedLink::set_parameters(LinkParameters parameters) {
     throw std::invalid_argument("link: " + problem);
   }
   parameters_ = is_reliable_ ? for_a_stream(std::move(parameters)) : std::move(parameters);
-  // A position in the previous trace may lie beyond the end of the new trace.
+  // The old position may lie beyond the end of the new trace, so playback of the trace begins again.
   delays_.trace_position = duplicate_delays_.trace_position = 0;
 }
 
 void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
   ++counters_.sent;
-  // A full queue does not drop bytes of a stream; in reality it slows the sender down. The model omits this effect.
+  // Tail drop applies to datagrams only. A real stream would slow its sender down instead; the model omits this effect.
   if (!is_reliable_ && in_flight_.size() >= parameters_.queue_limit) {
     ++counters_.queue_full;
     return;
@@ -174,8 +174,9 @@ std::optional<LocalTime> SimulatedLink::next_due() const {
   return in_flight_.begin()->first;
 }
 
-// Good and bad periods have exponentially distributed lengths (a two-state Markov chain in continuous time). The
-// fraction of lost packets is bad / (bad + good) at any packet rate.
+// Returns whether a packet sent now is lost. Good and bad periods have exponentially distributed lengths (a two-state
+// Markov chain in continuous time). All packets of a bad period are lost. The fraction of lost packets is therefore bad
+// / (bad + good), from the mean lengths of the periods, at any packet rate.
 bool SimulatedLink::is_lost(LocalTime now) {
   if (parameters_.loss <= 0) return false;
   const double bad_s = to_seconds(parameters_.mean_bad_period);

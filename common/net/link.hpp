@@ -19,9 +19,11 @@ namespace tandem::net {
 
 /// Distribution of a packet's delay; σ is LinkParameters::jitter.
 ///
-/// Model   kNormal  max(0, delay + σ·N(0,1)). If σ is large relative to the delay, the maximum raises the mean delay
-///         kPareto  delay + scale·((1 − u)^(−1/3) − 1), with u uniform. `delay` is the minimum, the standard deviation
-///                  is exactly σ, the mean is delay + σ/√3, and P(delay exceeds the minimum by x) falls as x⁻³
+/// Model   kNormal  delay is max(0, mean + σ·N(0,1)), with LinkParameters::delay as the mean. For large σ, the maximum
+///                  raises the actual mean above that value
+///         kPareto  delay is minimum + scale·((1 − u)^(−1/3) − 1), with u uniform and LinkParameters::delay as the
+///                  minimum. The standard deviation is exactly σ, the mean is minimum + σ/√3, and P(delay exceeds the
+///                  minimum by x) falls as x⁻³
 ///         kTrace   the delays of a given list in order, repeated from the start after the last one
 enum class JitterDistribution { kNormal, kPareto, kTrace };
 
@@ -33,7 +35,7 @@ struct DelayPath {
     bool operator==(const Point&) const = default;
   };
   std::string name;           ///< name of the file that defines the path
-  std::vector<Point> points;  ///< points in order of time; the first is at 0, the last at a later time; empty: no delay
+  std::vector<Point> points;  ///< points in order of time, the first at time 0, the last later; empty: no delay
   /// True: each link begins at a random point of the path, determined by its seed; false: at the first point.
   bool starts_anywhere = true;
 
@@ -43,7 +45,8 @@ struct DelayPath {
   bool operator==(const DelayPath&) const = default;
 };
 
-/// Maximum loss of a link. With a higher loss, good periods would be shorter than the interval between packets.
+/// Maximum loss of a link, as a fraction. With a higher loss, the periods without loss would be shorter than the
+/// interval between packets.
 inline constexpr double kMaxLoss = 0.95;
 
 /// Parameters of one direction of a link.
@@ -57,8 +60,8 @@ struct LinkParameters {
   Duration jitter_correlation{0};
   /// Delay added to the delays above. It models a varying load, a change of route or the retries of a radio link.
   DelayPath delay_path;
-  /// If false, no packet overtakes an earlier one. A late packet then also delays the packets behind it, which arrive
-  /// in a burst.
+  /// True: packets may overtake each other. False: a late packet delays all packets behind it, and they arrive in a
+  /// burst.
   bool allows_reordering = false;
   double loss = 0.0;  ///< fraction of lost packets, 0 to kMaxLoss
   /// Mean length of bad periods; all packets that are sent in a bad period are lost
@@ -86,17 +89,17 @@ struct LinkCounters {
 
 /// Transports packets (or stream chunks, if reliable) from send() to receive(). The times passed must not decrease.
 ///
-/// A packet passes the queue limit, then the rate limit (which several links may share), then the loss. Equal seed,
-/// stream and packets give an equal result. Loss and duplication do not change the random delays of the original
-/// packets.
+/// Each packet passes three stages: the queue limit, the rate limit (which several links may share), and the loss.
+/// Results are reproducible: they depend only on seed, stream and packets. The random delays of the original packets do
+/// not depend on loss and duplication.
 /// Thread  any, one at a time
 class SimulatedLink {
  public:
   /// In      stream  number that distinguishes the links of one experiment
   /// Fails   std::invalid_argument with LinkParameters::problem()
   SimulatedLink(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
-  /// Returns a link for a byte stream: delay and rate as given, order preserved; nothing is lost, duplicated or
-  /// refused.
+  /// Returns a link for a byte stream. It uses delay and rate of the parameters, keeps the order, and never loses,
+  /// duplicates or refuses data.
   static SimulatedLink reliable(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
   /// Makes both links share one line, as the datagrams and the stream of one direction do. The rate limit then bounds
   /// the sum of their rates: each link waits until the bytes sent earlier on either link have passed. Both links should
@@ -139,7 +142,7 @@ class SimulatedLink {
   DelaySource delays_;
   Random duplicate_random_;
   DelaySource duplicate_delays_;
-  Duration path_from_{0};  ///< time along the delay path at which the link begins
+  Duration path_from_{0};  ///< time along delay_path (from its beginning) at which this link begins
   LocalTime path_began_{};
   bool has_path_begun_ = false;
   bool in_bad_period_ = false;
@@ -147,7 +150,7 @@ class SimulatedLink {
   bool has_period_ = false;
   LocalTime last_due_{};
   std::shared_ptr<LocalTime> line_free_ =
-      std::make_shared<LocalTime>();  ///< time when the line becomes idle; links that share the line share this value
+      std::make_shared<LocalTime>();  ///< time when the line becomes idle; shared by all links of the line
   std::multimap<LocalTime, std::vector<std::byte>>
       in_flight_;  ///< packets, sorted by due time, then by order of sending
   LinkCounters counters_;

@@ -1,6 +1,6 @@
-// Verifies the source address of a peer's datagrams (the network path), because even an authenticated peer can send
-// with a false source address. A random number is sent to the address. Until the peer returns the number, the address
-// receives at most kAmplification times the bytes that came from it.
+// Verifies the source address of a peer's datagrams, because even an authenticated peer can send with a false source
+// address. Method: a random number is sent to the address. Until the peer returns this number, at most kAmplification
+// times as many bytes are sent to the address as were received from it.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace tandem::net {
 
-/// State of the verification of one address.
+/// Verification of one address: its state, and the numbers of bytes received from and sent to the address.
 /// Thread  any, one at a time; no allocation
 class PathCheck {
  public:
@@ -28,13 +28,13 @@ class PathCheck {
   void note_answer(std::uint64_t number) { is_valid_ = is_valid_ || number == number_; }
   /// Accepts the address without a challenge, because it was verified by other means.
   void trust() { is_valid_ = true; }
-  /// Returns whether `bytes` may be sent to the address, and counts them if so.
+  /// Returns whether `bytes` may be sent to the address. If so, counts them as sent.
   bool consume(std::size_t bytes) {
     if (!is_valid_ && sent_ + bytes > kAmplification * received_) return false;
     sent_ += bytes;
     return true;
   }
-  /// Returns whether to send the number now. After a true result, the function returns false for the time kRetryPeriod.
+  /// Returns whether the random number must be sent to the peer now. The result is true at most once per kRetryPeriod.
   bool is_due(LocalTime now) {
     if (is_valid_ || (sent_at_ != LocalTime{} && now - sent_at_ < kRetryPeriod)) return false;
     sent_at_ = now;

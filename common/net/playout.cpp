@@ -8,22 +8,22 @@ namespace {
 
 constexpr Duration kPlayoutSettling{std::chrono::milliseconds(500)};
 constexpr Duration kClockJump{std::chrono::milliseconds(200)};
-/// Maximum weight of one gap, so that a long silence does not dominate the statistics.
+/// Maximum weight of one gap between samples. It prevents a long silence from dominating the statistics.
 constexpr Duration kMaxCountedGap{std::chrono::milliseconds(100)};
 
 std::uint32_t microseconds(Duration duration) {
   return static_cast<std::uint32_t>(duration / std::chrono::microseconds(1));
 }
 
-/// Cubic Hermite interpolation of positions, given positions and velocities at both ends; u goes from 0 to 1 over
-/// `gap_s`.
+/// Returns the position between two samples with positions p0, p1 and velocities v0, v1, by cubic Hermite
+/// interpolation. `gap_s` is the time between the samples; u is the fraction of this time that has passed (0 to 1).
 Vec3 hermite(const Vec3& p0, const Vec3& v0, const Vec3& p1, const Vec3& v1, double u, double gap_s) {
   const double u2 = u * u, u3 = u2 * u;
   return (2 * u3 - 3 * u2 + 1) * p0 + (u3 - 2 * u2 + u) * gap_s * v0 + (3 * u2 - 2 * u3) * p1 + (u3 - u2) * gap_s * v1;
 }
 
-/// Returns the extrapolated state after the newest sample: the twist decreases linearly to zero (constant
-/// deceleration).
+/// Returns the state at the time `since` after the newest sample, by extrapolation: the twist decreases linearly to
+/// zero within kRunOut (constant deceleration).
 RigidState run_out(const RigidState& last, Duration since) {
   const double whole_s = to_seconds(RigidTrack::kRunOut);
   const double t_s = std::min(to_seconds(since), whole_s);
@@ -90,8 +90,8 @@ Duration PlayoutDelay::play_at(Duration now) noexcept {
 }
 
 Duration PlayoutDelay::delay() const noexcept {
-  // If the sender's clock jumps back by hours, the base decreases before play_at() adapts. Until play_at() has adapted,
-  // the clamp bounds the result.
+  // If the sender's clock jumps back by hours, base() changes at once, but offset_ only at the next call of play_at().
+  // The clamp bounds the result until then.
   return has_played_ ? std::clamp(offset_ - base(), Duration{0}, settings_.longest + kClockJump) : Duration{0};
 }
 

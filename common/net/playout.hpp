@@ -1,6 +1,6 @@
 // Playout buffer: replays received data with a constant delay, so that jitter and short losses change neither the data
-// nor its energy. It serves the inputs of a simulation and the display. It must not be used for a force on a haptic
-// device, because the added delay would reduce stability.
+// nor the energy in the data. The buffer is used for the inputs of a simulation and for the display. It must not be
+// used for a force on a haptic device, because the added delay would reduce stability.
 #pragma once
 
 #include <array>
@@ -13,21 +13,21 @@
 namespace tandem::net {
 
 struct PlayoutSettings {
-  double quantile = 0.98;  ///< fraction of time instants at which the next sample has arrived when it is needed
-  Duration window{std::chrono::seconds(2)};  ///< window over which the quantile is computed; 1 to 2 times this long
+  double quantile = 0.98;  ///< fraction of the time for which the next sample arrives before it is needed
+  Duration window{std::chrono::seconds(2)};  ///< period of which the quantile is taken (varies up to twice this value)
   Duration longest{std::chrono::milliseconds(60)};  ///< maximum playout delay
   double slew = 0.05;                               ///< maximum relative deviation of the playout speed from 1
 };
 
 /// Chooses the playout delay, and converts local time to the sender's time that is to be played.
 ///
-/// Model   When sample i with time stamp s_i arrives at a_i, all times from s_{i−1} to s_i become playable, because
-///         they can be interpolated. Of these times, s_{i−1} has waited longest: for a_i − s_{i−1} − base, where base
-///         is the least a − s.
-///         The delay is the quantile of this waiting time over the window, with each gap weighted by its length. So it
-///         covers jitter and gaps caused by losses.
-///         The window consists of two halves, of which the older one is discarded as a whole, so it is effectively 1 to
-///         2 windows long. The resolution is 0.5 ms.
+/// Model   Symbols: s_i is the sender's time stamp of sample i, a_i its local arrival time. base is the least a − s.
+///         When sample i arrives, all times from s_{i−1} to s_i become playable, because the pose at these times can be
+///         interpolated. The time s_{i−1} has waited longest for sample i: for a_i − s_{i−1} − base.
+///         The playout delay is the quantile of this waiting time. Each waiting time has the gap s_i − s_{i−1} as its
+///         weight, so the delay covers jitter and also gaps caused by losses.
+///         The statistics consist of two parts of one window each. When a new part begins, the older part is discarded,
+///         so the statistics cover 1 to 2 windows. The resolution is 0.5 ms.
 /// Settle  the delay changes in one step during the first half second, and after clock jumps of more than 200 ms
 /// Source  idea: Ramjee, Kurose, Towsley, Schulzrinne, "Adaptive playout mechanisms for packetized audio applications
 ///         in wide-area networks", INFOCOM 1994; the weighting by gaps and the slew are our design
@@ -43,7 +43,8 @@ class PlayoutDelay {
   /// from call to call. At least one call of add() must precede.
   Duration play_at(Duration now) noexcept;
   bool has_started() const { return has_started_; }
-  /// Returns the time by which playout lags behind the sample with the smallest delay.
+  /// Returns the current playout delay: the local time at which a sample is played minus the time at which it would
+  /// have arrived with the smallest delay.
   Duration delay() const noexcept;
   void reset() noexcept { *this = PlayoutDelay(settings_); }
 
@@ -74,10 +75,10 @@ class PlayoutDelay {
 /// Stores the newest states of one rigid body by the sender's time, and interpolates between them.
 ///
 /// Model   Between two samples the position is a cubic Hermite polynomial of the samples' positions and velocities. The
-///         rotation follows the shorter arc at constant speed; the twist is linear. After the newest sample, the pose
-///         is extrapolated with its twist, which decreases to zero within kRunOut. Across a gap longer than kMaxGap
-///         nothing is interpolated: the samples before it are discarded. So no time stamp can move a body farther than
-///         its speed would within kMaxGap.
+///         rotation follows the shorter arc at constant speed; the twist is linear.
+///         After the newest sample, the pose is extrapolated with its twist, which decreases to zero within kRunOut.
+///         Across a gap longer than kMaxGap nothing is interpolated, and the samples before the gap are discarded. A
+///         false time stamp can therefore move a body at most as far as its speed moves it within kMaxGap.
 /// Thread  always the same thread; no allocation
 class RigidTrack {
  public:
@@ -88,7 +89,7 @@ class RigidTrack {
   /// rate arrive within 0.4 s (proto/WIRE.md, Thinning).
   static constexpr Duration kMaxGap{std::chrono::seconds(1)};
 
-  /// Adds a sample; ignores it if it is not newer than the newest one.
+  /// Adds a sample. A sample that is not newer than the newest stored one is ignored.
   void add(Duration sampled, const RigidState& state) noexcept;
   bool is_empty() const { return count_ == 0; }
   RigidState at(Duration time) const noexcept;

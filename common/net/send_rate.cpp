@@ -15,8 +15,8 @@ void SendRate::sent(Duration now) noexcept {
     usual_interval_s_ += weight * (since_s - usual_interval_s_);
   }
   last_sent_ = now;
-  // If a message is late by less than one interval, the next one is sent earlier by this time, so that a coarse clock
-  // does not reduce the mean rate.
+  // A message that is late by less than one interval does not shift the following ones: the next interval then begins
+  // at the time when the late message was due. A coarse clock therefore does not reduce the mean rate.
   const Duration interval = this->interval();
   due_ = due_ == Duration::min() ? now + interval : std::max(due_ + interval, now);
 }

@@ -12,22 +12,23 @@ namespace tandem::net {
 /// Congestion control of one direction. The sender calls may_send() before each message, and delivered() with the delay
 /// of each delivered message.
 ///
-/// Model   Queue: if a link receives more than its capacity, messages queue. The least delay over a short time then
-///         exceeds the least delay over a long time; jitter of single messages does not have this effect.
+/// Model   Queue: if a link receives more than its capacity, messages queue. The least delay over kShort then exceeds
+///         the least delay over kLong; the difference is the queue. Jitter of single messages does not change either
+///         minimum.
 ///         Capacity: if a queue grew by the delay q while messages were sent during a time t, the capacity of the link
 ///         is 1 / (1 + q/t) of the messages' rate.
 ///         Rate:
 ///         1. When the queue exceeds kQueue, the sender reduces its rate to the floor rate until the queue is gone. It
 ///            then resumes at kMargin of the capacity.
-///         2. If the queue changes by less than 2 kDrained within kWatch, the cause is a longer route instead of
-///            congestion, and the limit stays unchanged.
-///         3. Without a queue, the rate begins to rise evenly after a waiting time of kPatience. This time doubles with
-///            each further congestion, up to kMaxPatience.
-///         Delays are differences of two clocks, but only their changes are used, so the clocks need not be
+///         2. If the queue varies by less than 2 kDrained for the time kWatch at the floor rate, its cause is a longer
+///            route and not congestion. The limit of the rate then stays unchanged.
+///         3. Without a queue, the rate begins to rise evenly after a waiting time. Each congestion doubles this time,
+///            from kPatience up to kMaxPatience.
+///         A delay is the difference of two clocks. Only changes of delays are used, so the clocks need not be
 ///         synchronised.
-/// Limits  A queue below kQueue is not detected, nor are drops by a link with a short queue. A delay of another cause
-///         (a pause of a radio link, other traffic) that lasts longer than kShort is treated as a queue. This reduces
-///         the rate, which recovers within a minute, but it does not change the force.
+/// Limits  A queue below kQueue is not detected. Packets that a link with a short queue drops are not detected either.
+///         A delay of another cause (a pause of a radio link, other traffic) that lasts longer than kShort is treated
+///         as a queue. The rate then falls and recovers within a minute; the displayed force does not change.
 /// Source  delay as the sign of a queue: LEDBAT (RFC 6817); rate from arrivals: Cardwell et al., "BBR: congestion-based
 ///         congestion control", ACM Queue 14(5), 2016. The constants are our choice, and so is the control of a message
 ///         rate instead of a window, which suits messages that are not repeated
@@ -44,15 +45,15 @@ class SendRate {
   static constexpr double kMargin = 0.85;
   static constexpr double kRise_per_s = 0.05;
 
-  /// In      floor    maximum time between two messages, which even a slow link must carry
+  /// In      floor    longest permitted time between two messages; even a slow link must carry this rate
   ///         most_hz  desired rate; the rate is not controlled if this is at most the floor rate
   SendRate(Duration floor, double most_hz) : floor_(floor), most_hz_(most_hz) {}
 
   /// Returns whether to send a message now; the caller confirms each message by sent().
   bool may_send(Duration now) const noexcept { return now >= due_; }
   void sent(Duration now) noexcept;
-  /// Reports that the message sent at `sent` took `delay`, the difference of two clocks with a constant offset.
-  /// Messages older than the newest reported one are ignored.
+  /// Reports the delivery of the message that was sent at time `sent`. `delay` is its arrival time minus its send time;
+  /// it contains the constant offset of the two clocks. Messages older than the newest reported one are ignored.
   void delivered(Duration sent, Duration delay) noexcept;
 
   bool is_limited() const noexcept { return limit_hz_ < kUnlimited || is_draining_; }
@@ -77,7 +78,7 @@ class SendRate {
   Duration newest_ = Duration::min();   ///< send time of the newest reported message
   Duration calm_at_ = Duration::min();  ///< send time of the last message without a queue
   Duration changed_at_ = Duration::min();
-  Duration least_draining_{0};  ///< smallest queueing delay while draining; the next member is the largest
+  Duration least_draining_{0};  ///< smallest queueing delay while draining; most_draining_ is the largest one
   Duration most_draining_{0};
   Duration patience_ = kPatience;
   LeastOver recent_{kShort};

@@ -15,8 +15,8 @@
 
 namespace tandem::net {
 
-/// Limit of unsent bytes in the kernel's TCP buffer. A small limit keeps state over TCP fresh, because bytes in the
-/// kernel cannot be replaced by newer ones.
+/// Limit of unsent bytes in the kernel's TCP buffer. While state waits in the program, newer state can replace it; in
+/// the kernel this is impossible. A small limit therefore keeps state over TCP fresh.
 using UnsentLimit = boost::asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 inline constexpr int kUnsentBytes = 16 * 1024;
 

@@ -12,22 +12,22 @@ struct Rate {
   double at_once = 0;
 };
 
-/// Token bucket of `at_once` tokens, which starts full and fills at `per_second`. The balance may become negative: its
-/// lower limit is minus the larger of at_once and the cost of one item. If no item costs more than at_once, a pause of
-/// at_once / per_second therefore restores a balance of at least zero.
+/// Token bucket with a capacity of `at_once` tokens. It starts full and fills at the rate `per_second`. The balance may
+/// become negative, down to minus the larger of at_once and the cost of one item. If no item costs more than at_once,
+/// the balance is therefore at least zero after a pause of at_once / per_second.
 ///
 /// Thread  any, one at a time; no allocation
 class TokenBucket {
  public:
   explicit TokenBucket(Rate rate) : rate_(rate), tokens_(rate.at_once) {}
 
-  /// Returns true while the balance is positive; the next item may cost more than the balance.
+  /// Returns whether the balance is positive. The next item may cost more than the balance.
   bool has_some(LocalTime now) const { return tokens_at(now) > 0; }
   bool is_full(LocalTime now) const { return tokens_at(now) >= rate_.at_once; }
-  /// Removes `cost` tokens if the balance covers them, and returns whether it did. A refused request costs nothing, so
-  /// a user who requests too often still gets the allowed rate.
+  /// If the balance covers `cost`, removes `cost` tokens and returns true. Otherwise returns false and removes nothing,
+  /// so a user whose requests are refused still gets the allowed rate.
   bool try_consume(double cost, LocalTime now) { return tokens_at(now) >= cost && consume(cost, now); }
-  /// Removes `cost` tokens; returns whether the balance covered them.
+  /// Removes `cost` tokens, even if the balance does not cover them. Returns whether it covered them.
   bool consume(double cost, LocalTime now) {
     const double left = tokens_at(now) - cost;
     tokens_ = std::max(left, -std::max(rate_.at_once, cost));

@@ -18,8 +18,8 @@ haptics::CouplingParameters coupling_in_force(const SceneCoupling& coupling, con
   haptics::CouplingParameters result = coupling.parameters;
   if (is_adaptive(coupling)) {
     result = haptics::adapted(*coupling.fit, moved.mass_kg, moved.inertia_kg_m2, coupling.parameters);
-    // The fit is a cubic that was checked only at sample points. Between these points its value may leave the allowed
-    // range.
+    // An adaptive fit is a cubic that was checked only at sample points. Between these points the coefficients may
+    // leave the allowed range, so they are clamped.
     for (const haptics::CouplingRange& range : haptics::kCouplingRanges) {
       if (is_chosen_by_law(coupling, range.value)) {
         result.*range.value = std::clamp(result.*range.value, range.low, range.high);

@@ -1,4 +1,4 @@
-// Coupling of a scene: the law and its coefficients. Also computes the coefficients that currently apply to one tool.
+// Coupling of a scene (law and coefficients), and the coefficients that currently apply to one tool.
 #pragma once
 
 #include <optional>
@@ -31,8 +31,9 @@ inline MovedMass moved_mass(const MassProperties& mass, bool is_held_body) noexc
   return {mass.mass_kg, mass.principal_inertia_kg_m2.mean(), is_held_body};
 }
 
-/// Returns the coefficients that apply to a tool. With the adaptive law they depend on the moved mass. A massless tool
-/// has no damping: it moves to the equilibrium of spring and contact in each step, and damping would prevent that.
+/// Returns the coefficients that apply to a tool. With the adaptive law, they depend on the moved mass. A massless tool
+/// that holds nothing has no damping, because damping would keep it from reaching the equilibrium of spring and contact
+/// in each step.
 haptics::CouplingParameters coupling_in_force(const SceneCoupling& coupling, const MovedMass& moved) noexcept;
 /// Returns whether the law determines this coefficient. Such a coefficient cannot be set by the user.
 bool is_chosen_by_law(const SceneCoupling& coupling, double haptics::CouplingParameters::*coefficient) noexcept;

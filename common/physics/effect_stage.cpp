@@ -5,9 +5,9 @@
 namespace tandem::physics {
 namespace {
 
-/// Limit of a fluid's damping around a massless tool, as a fraction of m/h (mass m of the effect's owner, step h). The
-/// reaction on the owner acts one step late. Up to this limit, the reaction slows the owner without reversing its
-/// motion.
+/// Limit of a fluid's damping around a massless tool, as a fraction of m/h, where m is the mass of the body that owns
+/// the fluid, and h is the step. The drag on the tool acts back on that body one step late. A stronger late reaction
+/// could reverse the body's motion.
 constexpr double kLateShare = 0.25;
 
 bool can_move(const TouchThing& thing) {
@@ -18,8 +18,8 @@ bool is_massless(const TouchThing& thing) {
   return thing.dynamics == haptics::ToolDynamics::kMassless;
 }
 
-/// Returns the largest row sum of absolute values. It is an upper bound of the largest eigenvalue of a symmetric
-/// matrix, and equals that eigenvalue for a free ball.
+/// Returns the largest row sum of absolute values: an upper bound of the largest eigenvalue of a symmetric matrix. For
+/// a ball that can move freely, the matrix is a multiple of the identity, and the bound is exact.
 double bound_of(const Eigen::Matrix3d& matrix) {
   return matrix.cwiseAbs().rowwise().sum().maxCoeff();
 }
@@ -40,8 +40,8 @@ Mobility mobility_at(const TouchThing& thing, const Vec3& p_W) {
   return {linear + cross.transpose() * inverse_inertia * cross, inverse_inertia};
 }
 
-/// Returns the mobility of a massless tool with the coupling stiffness k. In a step h, a force f displaces the tool by
-/// f/k. The same force would displace a mass of k h² equally.
+/// Returns the mobility of a massless tool with the coupling stiffness k. A force f displaces the tool by f/k in a step
+/// of the length h. A mass of k h² would be displaced equally, so the tool has the mobility 1/(k h²).
 Mobility mobility_of(const Joint& tether, double step_s) {
   constexpr double kLeast = 1e-9;  // lower limit, used if a stiffness is zero
   const double squared = step_s * step_s;
@@ -136,7 +136,8 @@ void EffectStage::apply_one(double time_s, double step_s, std::size_t index, std
   if (owner) push(step_s, things[*owner], *owner, -on_tool_W, p_WT);
 }
 
-/// Applies to the effect's owner the reaction of the fluid from the last step. Then computes the fluid of this step.
+/// Handles a fluid around a massless tool. Applies to the fluid's owner the reaction to the drag of the last step. Then
+/// computes the fluid for this step; its drag is known only after the solution.
 void EffectStage::flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things,
                              TouchDrag& flow) noexcept {
   const EffectSettings& settings = meeting.effect.settings();

@@ -11,18 +11,20 @@ namespace tandem::physics {
 
 /// Applies effects as external wrenches on tools, and the opposite wrenches on the bodies that own the effects.
 ///
-/// Effects are applied one after another, each with the velocities that result from the previous ones. Overlapping
-/// dampers therefore slow a tool as one damper would, and never reverse its motion. Contact forces are those of the
-/// last step. The effects that a body owns do not act on a tool that holds this body. If several tools hold a body,
-/// each transmits an equal part of an effect to it.
+/// Effects are applied one after another. Each effect uses the velocities that result from the previous ones.
+/// Overlapping dampers therefore slow a tool as a single damper would, and never reverse its motion.
+/// Rules:
+/// * Contact forces are those of the last step.
+/// * Effects that a body owns do not act on a tool that holds this body.
+/// * If several tools hold a body, each transmits an equal part of an effect to it.
 ///
-/// A massless tool is displaced against the spring k of its coupling; for an effect, this corresponds to a mass of k h²
-/// (step h). TouchStage includes fluids around such a tool in its solution (TouchDrag). Without this, the drag would
-/// follow from the velocity of the last step, which is unstable for a damping b ≥ k h/2.
+/// Massless tools: such a tool is displaced against the spring k of its coupling. For an effect, this corresponds to a
+/// mass of k h², with the step h. Fluids around such a tool are part of TouchStage's solution (TouchDrag). A drag
+/// computed from the velocity of the last step would be unstable for a damping b ≥ k h/2.
 ///
 /// Third law: the forces on the tool and on the effect's owner have the same line of action, through the tool's origin.
-/// For a massless tool in a fluid, the reaction on the owner acts one step late, because it is known only after the
-/// solution.
+/// An exception in time: the drag of a fluid on a massless tool is known only after the solution, so the reaction on
+/// the owner acts one step late.
 class EffectStage {
  public:
   EffectStage(std::span<const EffectSettings> effects, std::size_t things, std::size_t tools);
@@ -30,8 +32,9 @@ class EffectStage {
   bool is_empty() const { return effects_.empty(); }
   /// Resets the effects' state for this tool. Called when the tool's user changes or leaves.
   void forget(std::size_t tool) noexcept;
-  /// Adds the effects to `wrench_W` of implicit and external objects. External objects also receive them as applied
-  /// wrenches. Allocates nothing.
+  /// Adds the wrenches of the effects to `wrench_W` of implicit and external objects. For external objects, the
+  /// wrenches are also applied to the rigid body (RigidBody::apply_wrench()), because another component moves it.
+  /// Allocates nothing.
   /// In      things  bodies first, in the order of the scene
   ///         tools   couplings of the tools that are coupled to a hand
   void apply(double time_s, double step_s, std::span<TouchThing> things, std::span<const TouchCoupling> tools,

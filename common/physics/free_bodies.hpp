@@ -16,8 +16,8 @@ class FreeBodies {
  public:
   virtual ~FreeBodies() = default;
 
-  /// Adds `rigid` as body `index` of the description. The address of `rigid` must not change until remove(). Static
-  /// bodies must be added as well, because other bodies collide with them.
+  /// Adds `rigid` as the body with this index in the description. The address of `rigid` must not change until
+  /// remove(). Static bodies must be added as well, because moving bodies collide with them.
   virtual void add(std::size_t index, RigidBody& rigid) = 0;
   virtual void remove(std::size_t index) = 0;
   /// Sets the gravity of the next steps. Initially it is that of the description.

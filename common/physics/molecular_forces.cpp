@@ -9,8 +9,8 @@ namespace tandem::physics {
 namespace {
 
 constexpr double kKt_kcal_per_mol = docking::kThermalEnergy_kcal_per_mol;
-/// Assumed relative growth of a repulsive energy per Å of overlap, above the knee (see felt_share()). For a repulsion
-/// r^−12 at 3 Å it is 4/Å, and more if an attraction is subtracted. The chosen value covers both.
+/// Assumed relative growth of a repulsive energy per Å of overlap, above the knee (see felt_share()). A repulsion r^−12
+/// grows by 4/Å at r = 3 Å. Less an attraction, the energy grows faster; the chosen value covers this case, too.
 constexpr double kSteepness_per_angstrom = 8;
 constexpr double kMinScale = 1e-12;
 
@@ -25,8 +25,8 @@ double knee(const WorldDescription& world) {
   return world.molecular_zero_kt > 0 ? std::max(knee, zero_end(world) + kKt_kcal_per_mol) : knee;
 }
 
-/// Returns the width of the knee. With this width, a force that grows by kSteepness_per_angstrom approaches about a
-/// quarter of the force limit.
+/// Returns the width w of the knee in felt_share(). With this width, the displayed force of a repulsion approaches
+/// about a quarter of the force limit, if the repulsion grows by kSteepness_per_angstrom.
 double knee_width(const WorldDescription& world) {
   const double newtons = std::max(kMinScale, world.newtons_per_kcal_per_mol_angstrom);
   return kKneeOfLimit * world.molecular_force_limit_n / (kSteepness_per_angstrom * newtons);
@@ -48,8 +48,9 @@ double felt_energy_kcal_per_mol(const WorldDescription& world, double energy_kca
   double felt = energy_kcal_per_mol;
   if (world.molecular_zero_kt > 0) {
     const double u = std::max(0.0, (energy_kcal_per_mol - zero_end(world)) / kKt_kcal_per_mol);
-    // The zero area ends with a transition over one kT, which reduces the displayed energy by half a kT. Within the
-    // zero area, the displayed energy has the constant value zero_end() plus this half.
+    // The displayed energy is constant in the zero area, where no force acts. Above it, the force fades in over 1 kT,
+    // so the displayed energy grows by only half a kT there. The constant value is zero_end() plus this half, so that
+    // the displayed energy equals the true one above the transition.
     felt = zero_end(world) + kKt_kcal_per_mol * (u < 1 ? 0.5 + u * u * u * (1 - u / 2) : u);
   }
   const double above = energy_kcal_per_mol - knee(world);

@@ -6,11 +6,11 @@
 namespace tandem::physics {
 namespace {
 
-/// Maximum rotation in a substep of free rotation. At 78 rad/s and a step of 1 ms, the resulting error of the attitude
-/// is 1° after 10 s.
+/// Maximum rotation in a substep of free rotation. With this value, the attitude error is 1° after 10 s, for a body
+/// that rotates at 78 rad/s and steps of 1 ms.
 constexpr double kMidpointTurn_rad = 0.02;
-/// Number of iterations of the midpoint rule. Each one multiplies the error by about 0.01, which is the rotation in
-/// half a substep [rad].
+/// Number of iterations of the midpoint rule. Each iteration multiplies the error by about half the rotation in a
+/// substep [rad], which is 0.01.
 constexpr int kMidpointIterations = 4;
 /// Maximum number of substeps. It suffices, because limit_speed() limits the rotation in a step to 0.5 rad.
 constexpr int kMaxSubsteps = 32;

@@ -52,16 +52,16 @@ class RigidBody {
   Twist acceleration_W(const Wrench& wrench_W) const;
   /// Weight about the centre of mass: m g, or zero for a body without gravity.
   Wrench weight_W(const Vec3& gravity_m_per_s2) const;
-  /// Moves the body by a step with the velocity `V_WC` of its centre, as computed by the solver, and clears the applied
-  /// wrenches.
+  /// Moves the body by a step, and clears the applied wrenches. `V_WC` is the velocity of the centre that the solver
+  /// has computed for the present attitude.
   ///
-  /// Model   The angular momentum of `V_WC.w` in the present attitude is constant during the step. The attitude follows
-  ///         from Euler's equations by the implicit midpoint rule, in substeps of at most 0.02 rad. The new velocity
-  ///         has the same angular momentum in the new attitude. A free top therefore precesses, and its energy is
-  ///         conserved.
+  /// Model   The attitude follows from Euler's equations for the angular momentum of `V_WC.w`, which is constant during
+  ///         the step. They are integrated by the implicit midpoint rule, in substeps of at most 0.02 rad. The new
+  ///         velocity has the same angular momentum in the new attitude. A free top therefore precesses, and its energy
+  ///         is conserved.
   /// Source  our derivation
   void advance(const Twist& V_WC, double step_s);
-  /// Moves the body by a step with exactly this velocity, and clears the applied wrenches. Used for prescribed motion.
+  /// Moves the body by a step with exactly the velocity `V_WC`, for a prescribed motion. Clears the applied wrenches.
   void move(const Twist& V_WC, double step_s);
   /// Displaces the body by the small displacement `by_W`, whose rotation is about the centre of mass. Adds `dv` to the
   /// velocity of the centre.

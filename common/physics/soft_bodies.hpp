@@ -18,6 +18,7 @@ class SoftBodies {
 
   /// Advances by a step, after the rigid tools and bodies have moved to their new poses.
   /// In      X_WT  poses of the world's tools, then of its bodies; empty for an absent object, which has no contact
+  ///         with soft bodies
   virtual TickFaults advance(std::span<const std::optional<Pose>> X_WT) noexcept = 0;
   /// Returns the contact of a tool or body for soft_wrench(), valid until the next advance(). An object without a pose
   /// has an empty contact.

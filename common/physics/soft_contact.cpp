@@ -10,7 +10,7 @@ constexpr double kFadeEnd = 4;
 /// If the force along its initial direction falls below this fraction of the initial force, the whole wrench is scaled
 /// down.
 constexpr double kReleaseShare = 0.25;
-/// Limit of the depth change: the force changes no further beyond it.
+/// Largest change of depth that is considered. Beyond it, the force remains constant.
 constexpr double kDeepest_m = 0.05;
 
 }  // namespace

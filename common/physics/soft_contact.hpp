@@ -14,8 +14,8 @@ namespace tandem::physics {
 ///         all of W is scaled down in proportion. W is zero where this component would change sign.
 ///         Lateral and rotational displacements are clamped to the trust radius. Between one and four times the trust
 ///         radius W fades to zero, because T has then left the contact
-/// Limit   a body squeezed from two opposite sides is held weakly, because the test for attraction uses only the net
-///         force
+/// Limits  a body that is squeezed from two opposite sides is held too weakly. The forces of both sides cancel in W₀,
+///         and the direction f₀ that is used to prevent attraction is that of the small net force
 /// Thread  any; no allocation; finite for finite input
 Wrench soft_wrench(const SoftContact& contact, const Pose& X_WT) noexcept;
 

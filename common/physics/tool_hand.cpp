@@ -66,8 +66,9 @@ double ToolHand::stored_energy_j(const Pose& X_WT) const noexcept {
 }
 
 bool ToolHand::is_saturated() const noexcept {
-  // With a hard limit (softness 0), the force reaches the limit exactly, except for rounding. With a soft saturation,
-  // it only approaches the limit; the upper half of the range where the curve bends therefore counts as saturated.
+  // With a hard limit (softness 0), a saturated force equals the limit, except for rounding. With a soft limit, the
+  // force only approaches the limit. Therefore the upper half of the range in which the curve bends counts as
+  // saturated.
   constexpr double kAtLimit = 1 - 1e-9;
   const haptics::CouplingParameters& c = fade_.parameters();
   const double share = kAtLimit * (1 - c.saturation_softness / 2);
@@ -77,8 +78,8 @@ bool ToolHand::is_saturated() const noexcept {
 
 void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept {
   wrench_on_tool_W_ = on_tool_W;
-  // Without a handle, the coupling is to an earlier pose and no user does work, so its work is not summed. Adding an
-  // empty wrench converts negative zeros to zeros, which messages omit.
+  // Without a handle, the coupling pulls the tool to an earlier pose. No user does work then, so the work is not
+  // summed. Adding an empty wrench converts negative zeros to zeros, which messages omit.
   const Wrench by_user_W = (has_handle() ? on_tool_W : Wrench{}) + Wrench{};
   if (has_handle()) wrench_on_hand_W_ = haptics::reaction_on_hand(by_user_W, target_.X.p - tool.X.p);
   const double work_j = held_work_j(by_user_W, X_WT_before, tool.X);

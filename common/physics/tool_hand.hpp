@@ -9,8 +9,8 @@
 
 namespace tandem::physics {
 
-/// Lever arm of the brake, about the size of a grip. The rotational damping of the brake is its translational damping
-/// times the square of this arm.
+/// Lever arm of the brake: the brake's rotational damping is its translational damping times the square of this arm.
+/// The value is about the size of a grip.
 inline constexpr double kBrakeLever_m = 0.03;
 
 /// Coupling of a handle to a tool. In each step, coupling() is called before the solver, and settle() afterwards with
@@ -61,8 +61,8 @@ class ToolHand {
             brake_n_s_per_m_,
             brake_n_s_per_m_ * kBrakeLever_m * kBrakeLever_m};
   }
-  /// Returns the equivalent spring without damping for a tool at `X_WT`. Its stiffness is force divided by
-  /// displacement. Valid only while pulls().
+  /// Returns the linear spring without damping that has the same force as the coupling for a tool at `X_WT`: its
+  /// stiffness is force divided by displacement. Valid only while pulls().
   Joint tether(const Pose& X_WT) const noexcept;
   /// Elastic energy stored in the coupling to a tool at `X_WT`: the integral of the static force over the displacement.
   double stored_energy_j(const Pose& X_WT) const noexcept;

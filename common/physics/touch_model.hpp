@@ -14,9 +14,10 @@ struct TouchModel {
     std::shared_ptr<const contact::ContactShape> shape;
     Pose X_BS;
   };
-  std::vector<Part> parts;           ///< empty for a body that cannot be touched, such as a molecule
-  double radius_m = 0;               ///< radius of the sphere about the body's origin that contains all parts
-  double stiffness_n_per_m3 = 1e10;  ///< stiffness of the surface; two surfaces in contact act as springs in series
+  std::vector<Part> parts;  ///< empty for a body that cannot be touched, such as a molecule
+  double radius_m = 0;      ///< radius of the sphere about the body's origin that contains all parts
+  /// Stiffness of the surface: pressure per depth. Two surfaces in contact act as springs in series.
+  double stiffness_n_per_m3 = 1e10;
 
   bool can_be_touched() const { return !parts.empty(); }
 };

@@ -13,8 +13,8 @@ namespace {
 
 /// A body is at rest if it was slower than both speed limits for kRest_s.
 constexpr double kRest_m_per_s = 2e-5, kRest_rad_per_s = 5e-4, kRest_s = 0.5;
-/// Impacts below this speed do not bounce. Gravity adds only 0.01 m/s in a step, so a body at rest on another one does
-/// not bounce.
+/// Smallest speed of impact that bounces. A body at rest on another one stays below it, because gravity adds only 0.01
+/// m/s in a step.
 constexpr double kBounce_m_per_s = 0.05;
 
 /// Returns the twist about the origin of W, the reference point of contact wrenches.
@@ -27,8 +27,8 @@ double power_w(const Wrench& on_a_W, const Twist& a, const Twist& b) {
   return on_a_W.f.dot(a.v - b.v) + on_a_W.t.dot(a.w - b.w);
 }
 
-/// Returns how strongly a wrench changes the velocity along itself: the power of `wrench_W` with the acceleration that
-/// it causes on the body.
+/// Returns the mobility of the body in the direction of `wrench_W`: the power of the wrench with the acceleration that
+/// it causes. It is 0 for a static body.
 double yield_of(const RigidBody& body, const Wrench& wrench_W) {
   if (body.is_static()) return 0;
   const Wrench at_centre_W{wrench_W.f, wrench_W.t - body.centre_W().cross(wrench_W.f)};
@@ -61,12 +61,14 @@ class UntouchedBodies final : public FreeBodies {
     bool is_disturbed() const;
     RigidState now() const { return {rigid->centre_pose(), rigid->velocity_of_centre_W()}; }
   };
-  /// Contact of a pair of bodies, from its beginning to the end of its compression phase.
+  /// State of an impact between two bodies, from their first contact to the end of the compression phase.
   struct Impact {
     std::size_t a = 0, b = 0;
     double met_m_per_s = 0;  ///< speed of approach before the contact; 0: too slow to bounce
     Wrench impulse_on_a_W = {};
-    bool is_new = true;  ///< true in the first step, whose patches determine the speed of approach
+    /// True until the end of the first step with contact. The contact forces of that step determine the speed of
+    /// approach.
+    bool is_new = true;
     bool is_pressing = false;
     bool is_over = false;
   };
@@ -121,8 +123,8 @@ void UntouchedBodies::add(std::size_t index, RigidBody& rigid) {
   wake(index);
 }
 
-/// Removes a body and wakes the bodies that it touched. A static body belongs to no group, so its removal wakes all
-/// bodies.
+/// Removes a body and wakes the bodies that touch it. All members of its group are woken. A static body belongs to no
+/// group, so its removal wakes all bodies.
 void UntouchedBodies::remove(std::size_t index) {
   if (bodies_[index].rigid->is_static()) {
     wake_all();
@@ -182,8 +184,8 @@ void UntouchedBodies::describe() {
     TouchThing& thing = things_[i];
     thing = {body.rigid, &body.description->touch, Role::kAbsent, false, 0};
     if (body.rigid == nullptr) continue;
-    // A sleeping body is part of the solution with its inertia. Its weight is omitted, because its support carries the
-    // weight. The wrench of a contact wakes the body.
+    // A sleeping body takes part in the solution with its inertia, as an external body. Its weight is omitted, because
+    // the body on which it rests carries it. If an awake body touches the sleeping one, the contact wrench wakes it.
     thing.role = body.rigid->is_static() ? Role::kStatic : body.is_asleep ? Role::kExternal : Role::kImplicit;
     if (has_restitution_ && !body.rigid->is_static()) body.before = twist_at_origin(*body.rigid);
     if (!body.is_awake()) continue;
@@ -259,7 +261,7 @@ double UntouchedBodies::speed_of_approach(const Impact& impact) const {
 
 void UntouchedBodies::press(std::size_t a, std::size_t b, const contact::PatchResult& result, double step_s) {
   if (restitution(a, b) <= 0) return;
-  // The two bodies of the pair may be in reverse order, because the order changes when one of them wakes.
+  // Search for the pair in both orders: the order of its bodies changes when one of them wakes.
   const auto is_its = [a, b](const Impact& impact) {
     return (impact.a == a && impact.b == b) || (impact.a == b && impact.b == a);
   };
@@ -274,7 +276,8 @@ void UntouchedBodies::press(std::size_t a, std::size_t b, const contact::PatchRe
   if (!impact->is_over) impact->impulse_on_a_W += result.on_a_W * (sign * step_s);
 }
 
-/// Applies the restitution impulse, which takes effect in the next step.
+/// If the compression of the impact has ended, applies the impulse that makes the bodies separate at the required
+/// speed. The impulse takes effect in the next step.
 void UntouchedBodies::bounce(Impact& impact, double step_s) {
   const Wrench& impulse_W = impact.impulse_on_a_W;
   const double size = impulse_W.f.norm();
@@ -283,7 +286,7 @@ void UntouchedBodies::bounce(Impact& impact, double step_s) {
   RigidBody& b = *bodies_[impact.b].rigid;
   const double parting = power_w(impulse_W, twist_at_origin(a), twist_at_origin(b)) / size;
   const double wanted = restitution(impact.a, impact.b) * impact.met_m_per_s;
-  // While the bodies approach faster than half of kBounce_m_per_s, the compression continues.
+  // The compression has not ended while the bodies approach faster than half of kBounce_m_per_s.
   if (parting < -kBounce_m_per_s / 2) return;
   impact.is_over = true;
   const double yield = yield_of(a, impulse_W) + yield_of(b, impulse_W);

@@ -32,7 +32,8 @@ struct ToolState {
   double energy_from_world_j = 0;  ///< sum of the work drawn from the world, ≥ 0
 };
 
-/// Duration of a change of gravity. During the change, the weight of a held body of 1 kg changes by 0.03 N/ms.
+/// Duration of a change of gravity. Even if gravity changes by 9.81 m/s², the weight of a held body of 1 kg then
+/// changes by only 0.03 N/ms.
 inline constexpr double kGravityRamp_s = 0.3;
 
 /// Contacts of a tool in the last step.
@@ -45,17 +46,18 @@ struct TouchSummary {
 
 /// A simulated scene.
 ///
-/// Each tool is a weightless rigid body, coupled to its user's handle by the scene's coupling law. With some laws
-/// (ToolDynamics) the tool is massless and in equilibrium between coupling and contact, or it is placed at the handle.
-/// While a tool holds a body, both move as one. The coupling then acts on the body at the tool's grip; the tool does
-/// not collide and adds no mass. Several tools may hold the same body. If a tool is inside a body when it releases this
-/// body, it passes through the body until both have separated. A body that a tool holds from the start of the scene
-/// remains at rest until any tool takes or touches it.
+/// Tools: each tool is a weightless rigid body, coupled to its user's handle by the scene's coupling law. Some laws
+/// (ToolDynamics) require a massless tool, which is in equilibrium between coupling and contact, or a tool placed at
+/// the handle.
+/// Holding: a tool and the body that it holds move as one. The coupling then acts on the body at the tool's grip; the
+/// tool does not collide and adds no mass. Several tools may hold the same body. If a tool is inside a body when it
+/// releases this body, it passes through the body until both have separated. A body that a tool holds from the start of
+/// the scene remains at rest until any tool takes or touches it.
 ///
-/// The implicit solver of common/contact (touch/touch_stage.hpp) steps tools, held bodies and the bodies that they
-/// touch. It solves coupling, anchors, contact and friction together. Light tools and stiff couplings or surfaces
-/// therefore do not make the step unstable. FreeBodies steps the bodies that no tool touches. Soft bodies have their
-/// own step rate.
+/// Solvers: tools, held bodies and the bodies that they touch are stepped by the implicit solver of common/contact
+/// (touch/touch_stage.hpp). It solves coupling, anchors, contact and friction together, so light tools and stiff
+/// couplings or surfaces do not make the step unstable. FreeBodies steps the bodies that no tool touches. Soft bodies
+/// have a step rate of their own.
 ///
 /// Deterministic: on the same machine, the same calls in the same order give bit-identical results. Tools and bodies
 /// are identified by their index in the description. A tool index must be valid; a body id may be invalid.
@@ -72,26 +74,27 @@ class World {
   /// Replaces this world by another one. References to this object remain valid.
   World& operator=(World&& other) noexcept;
 
-  /// Activates a tool at its start pose and attaches the body that it holds from the start. The body is moved to its
-  /// start pose. If another tool holds the body, the tool is placed at its grip on the body instead.
+  /// Activates a tool at its start pose. If the description names a body that the tool holds from the start, this body
+  /// is moved to its start pose and attached. If another tool already holds the body, the body is not moved; the new
+  /// tool is placed at its grip on the body.
   /// In      takes_its_body  false: the tool starts without a body, and no body is moved
   void activate_tool(std::size_t tool, bool takes_its_body = true);
   /// Deactivates a tool and releases the body that it holds.
   void deactivate_tool(std::size_t tool);
   /// Sets the newest state of the user's handle. The tool is coupled to it until clear_handle().
   void set_handle(std::size_t tool, const RigidState& handle);
-  /// Ends the coupling to the handle until the next set_handle(). A tool that holds nothing then drifts and is damped.
-  /// A body that the tool holds is softly coupled to its present pose.
+  /// Ends the coupling to the handle until the next set_handle(). A tool that holds nothing then continues to move and
+  /// is damped. If it holds a body, its coupling pulls the body to its present pose.
   void clear_handle(std::size_t tool);
 
   /// Grabs a body. If `body` is invalid, grabs the nearest graspable body within reach.
   GrabResult grab(std::size_t tool, BodyId body);
-  /// Attaches a body with the grip `X_BT`. The distance from tool to body is not checked: the caller decides, for
-  /// example from the server's state. A body held before is released. Ignored for an unknown or static body and for an
-  /// inactive tool.
+  /// Attaches a body to a tool with the grip `X_BT`, the tool's pose relative to the body. Unlike grab(), it does not
+  /// check the distance from tool to body, so that a client can apply the server's state. A body held before is
+  /// released. Ignored for an unknown or static body and for an inactive tool.
   void hold(std::size_t tool, BodyId body, const Pose& X_BT);
-  /// Moves the grip on the held body towards `X_BT`, by at most `most_m` and 10 rad per metre of `most_m`. A client's
-  /// grip thus approaches the server's grip without a jerk.
+  /// Moves the grip on the held body towards `X_BT`, by at most `most_m` and 10 rad per metre of `most_m`. With
+  /// repeated calls, a client's grip approaches the server's grip without a jerk.
   void move_grip(std::size_t tool, const Pose& X_BT, double most_m);
   void release(std::size_t tool);
 
@@ -107,20 +110,20 @@ class World {
   /// Coefficients that currently apply to the tool.
   const haptics::CouplingParameters& coupling(std::size_t tool) const;
 
-  /// Adds a brake to the tool's coupling: damping of its velocity in the world, and of its rotation with the lever arm
-  /// kBrakeLever_m. A brake has no force at rest, so a held body remains held. A tool at its handle
+  /// Sets the brake of the tool's coupling: a damping of the tool's velocity in the world, and of its rotation with the
+  /// lever arm kBrakeLever_m. A brake has no force at rest, so a held body is not dropped. A tool at its handle
   /// (ToolDynamics::kAtHandle) is not braked. Ignored if negative or not finite.
   void brake(std::size_t tool, double n_s_per_m);
 
-  /// Excludes a body from motion, contact and field until restore_body(), set_body() or hold(). Tools that hold the
-  /// body release it.
+  /// Excludes a body from motion, contact and molecular forces until restore_body(), set_body() or hold(). Tools that
+  /// hold the body release it.
   void remove_body(BodyId body);
   /// Ends the exclusion of a body. The body continues from its present state.
   void restore_body(BodyId body);
   bool is_absent(BodyId body) const;
-  /// Sets the gravity of rigid bodies. Bodies in the touch stage approach it at a constant rate within kGravityRamp_s,
-  /// so that the weight of a held body does not jump. Other bodies have the new gravity at once. Soft bodies keep the
-  /// gravity of the description. Ignored if not finite.
+  /// Sets the gravity of rigid bodies. For bodies in the touch stage, it changes at a constant rate within
+  /// kGravityRamp_s, so that the weight of a held body does not jump. For free bodies it changes at once. Soft bodies
+  /// keep the gravity of the description. Ignored if not finite.
   void set_gravity(const Vec3& m_per_s2);
   /// Sets the gravity of all rigid bodies without a ramp, for a world that continues another world. Ignored if not
   /// finite.
@@ -136,34 +139,34 @@ class World {
   /// tool moves with the body.
   void shift_body(BodyId body, const Pose& by_W, const Twist& dv);
   void shift_tool(std::size_t tool, const Pose& by_W, const Twist& dv);
-  /// Keeps the body in the touch stage for at least this time. With 0, the body is in the touch stage only while it is
-  /// held or touched.
+  /// Keeps the body in the touch stage for at least `seconds` from now. When this time has passed, the body leaves the
+  /// touch stage if it is neither held nor touched.
   void keep_implicit(BodyId body, double seconds);
-  /// Sets the contact of the tool, or of its held body, with soft bodies; valid until the next call. For worlds that do
-  /// not simulate soft bodies themselves.
+  /// Sets the contact of the tool, or of its held body, with soft bodies; valid until the next call. Meant for worlds
+  /// that receive this contact from the server instead of simulating soft bodies.
   void set_soft_contact(std::size_t tool, const SoftContact& contact);
 
   /// Advances by step_s: calls answer(), then finish(). Does not throw; faults are returned as bits.
   TickFaults step() noexcept;
-  /// First part of a step: moves implicit bodies and tools, and computes everything that the users feel. Until
-  /// finish(), body() extrapolates external bodies (see the README) with their previous velocity, without the contacts
-  /// of this step. Call finish() before any other non-const function.
+  /// First part of a step: moves implicit bodies and tools, and computes everything that the users feel. External
+  /// bodies (see the README) are moved only by finish(). Until then, body() extrapolates them with their previous
+  /// velocity, without the contacts of this step. Call finish() before any other non-const function.
   TickFaults answer() noexcept;
   /// Second part of a step. Does nothing if answer() was not called before.
   TickFaults finish() noexcept;
-  /// Searches contacts and field of the next step in idle time, from the present poses. The step repeats the search if
-  /// a body or tool has changed its pose or moves farther than predicted. After this call, contact_points_W() returns
-  /// no points.
+  /// Searches contacts and molecular forces of the next step in idle time, from the present poses. The result is
+  /// discarded, and the step repeats the search, if a body or tool changes its pose in between or moves farther than
+  /// predicted. After this call, contact_points_W() returns no points.
   void look_ahead() noexcept;
-  /// Runs several steps without look_ahead() and returns the processor time of the fastest one, which hardly depends on
-  /// other load of the machine.
+  /// Runs several steps without look_ahead() and returns the processor time of the fastest one. The minimum hardly
+  /// depends on other load of the machine.
   Duration quickest_step() noexcept;
 
   /// Bodies that the last step returned to their start poses, at rest. Reasons are a request, a state that is not
   /// finite, or a position beyond limits.bounds_m while no tool holds the body.
   std::span<const BodyId> returned_bodies() const noexcept;
-  /// Requests that the next step returns each moving body to its start pose, at rest. Tools release their bodies,
-  /// except bodies that they hold from the start of the scene.
+  /// Requests that the next step returns each moving body to its start pose, at rest. Tools release the bodies that
+  /// they hold. Exception: a tool keeps a body that it holds from the start of the scene.
   void return_all() noexcept;
   /// Nodes of a soft body after the last step, for display.
   std::span<const Vec3> soft_nodes_W(std::size_t soft_body) const;
@@ -175,23 +178,25 @@ class World {
   TouchSummary touch(std::size_t tool) const;
   /// Linearised contact of the tool, or of its held body, with soft bodies; a trust radius of 0 means no contact.
   const SoftContact& soft_contact(std::size_t tool) const noexcept;
-  /// Writes contact points of the tool, or of its held body, in the last step. If `out` is too small for all, the
-  /// written points are an even selection. Returns their number.
+  /// Writes contact points of the tool, or of its held body, in the last step, and returns their number. If `out` is
+  /// too small for all points, evenly spaced entries of their list are written.
   std::size_t contact_points_W(std::size_t tool, std::span<Vec3> out) const noexcept;
   /// Mean contact normal of a free tool with a body in the last step: a unit vector out of the body, or zero without
   /// contact.
   Vec3 pressing_normal_W(std::size_t tool, BodyId body) const;
-  /// Returns a set of tools: bit i is set if tool i holds the body, or was in contact with it in the last step,
-  /// directly or through other moving bodies. Returns 0 for a static body.
+  /// Returns the tools that act on a body, as a set: bit i is set if tool i holds the body, or was in contact with it
+  /// in the last step, directly or through other moving bodies. Returns 0 for a static body.
   std::uint32_t hands_on(BodyId body) const;
   /// State of a body. For an unknown id, returns a state at rest at the origin.
   RigidState body(BodyId id) const;
   /// Molecular energy of the whole scene at the start of the last step; 0 if there are no molecules.
   double field_energy_kj_per_mol() const;
   double field_energy_j() const;  ///< displayed part of the molecular energy, in joules of the world
-  /// Energy stored in the world [J]: the kinetic and gravitational energy of moving bodies and tools, the energy of
-  /// anchors and present couplings, and the displayed molecular energy. The molecular part ignores the limit of the
-  /// force. The energy of contacts is not included.
+  /// Energy stored in the world [J], the sum of three parts:
+  /// * kinetic and gravitational energy of moving bodies and tools
+  /// * energy of anchors and of present couplings
+  /// * displayed molecular energy, computed without the limit of the molecular force
+  /// The energy of contacts is not included.
   /// In      without_hands  bit i: the coupling of tool i is excluded
   double stored_energy_j(std::uint32_t without_hands = 0) const;
   /// Energy stored in a tool's coupling [J].

@@ -24,7 +24,7 @@ struct WorldLimits {
   std::size_t contact_pairs = 64;        ///< limit on the pairs of shapes that are close to each other
   std::uint32_t atom_pairs = 2'500'000;  ///< limit on the atom pairs of the molecular field in a step
   double bounds_m = 10;                  ///< a free body farther than this from the origin returns to its start
-  double reset_after_s = 30;             ///< time after which an empty room is reset; 0: never
+  double reset_after_s = 30;             ///< time after which a room without users is reset; 0: never
 };
 
 struct BodyDescription {
@@ -63,9 +63,10 @@ struct WorldDescription {
   double molecular_force_limit_n = 20;              ///< smooth limit on the molecular force between two bodies
   docking::FieldModel field_model;
   // The following members determine which fraction of the molecular field is displayed (felt_share()).
-  double molecular_zero_kt = 0;               ///< height of the zero area (energies without force) [kT]; 0: none
+  double molecular_zero_kt = 0;               ///< height of the zero area (no force) above the minimum [kT]; 0: none
   double molecular_minimum_kcal_per_mol = 0;  ///< lowest energy of two molecules
-  double molecular_knee_kcal_per_mol = 0;     ///< energy of the knee, above which less than the full force is displayed
+  /// Energy of the knee, above which the displayed force is reduced.
+  double molecular_knee_kcal_per_mol = 0;
   std::vector<EffectSettings> effects;
 };
 

@@ -9,8 +9,8 @@
 namespace tandem::physics {
 namespace {
 
-/// Largest overlap with a released body at which the tool still counts as outside the body. With more overlap, the tool
-/// was inside, and it passes through the body until both have separated.
+/// Largest overlap of a tool with a body at its release that counts as touching. With more overlap, the tool was inside
+/// the body, and passes through it until both have separated.
 constexpr double kPressedDepth_m = 2e-4;
 
 }  // namespace
@@ -31,7 +31,8 @@ void World::Impl::detach(WorldTool& tool) {
   tool.rigid.set_state(tool_state(tool));
   tool.soft = {};
   WorldBody& body = bodies[*tool.held];
-  // The body stays in the touch stage for a while; adopt() makes it free again if no tool touches it.
+  // The released body stays in the touch stage for kAdoption_s. If no tool touches it until then, adopt() makes it
+  // free.
   --body.hands;
   body.adopted = adoption_steps();
   const Pose X_WT = tool.rigid.pose(), X_WB = body.rigid.pose();

@@ -27,9 +27,11 @@ struct WorldBody {
   JointLaw anchor = {};    ///< anchor given in the description
   int hands = 0;           ///< number of tools that hold the body
   int adopted = 0;         ///< remaining steps in the touch stage after the last contact
-  int kept = 0;            ///< remaining steps in the touch stage that keep_implicit() requires
+  int kept = 0;            ///< remaining steps for which keep_implicit() keeps the body in the touch stage
   bool is_absent = false;  ///< true: the body is excluded, neither free nor in the touch stage
-  bool waits = false;      ///< kept at its start pose for the tool that holds it from the start
+  /// True: the body is kept at rest at its start pose, until the tool that holds it from the start, or another tool,
+  /// takes or touches it.
+  bool waits = false;
 
   /// Returns whether the body stays in the touch stage, where bodies that it touches become implicit as well.
   bool makes_implicit() const { return hands > 0 || kept > 0; }
@@ -48,7 +50,7 @@ struct WorldTool {
   bool is_active = false;
   std::optional<std::size_t> held = {};            ///< index of the held body
   Pose X_BT = {};                                  ///< grip: pose of the tool relative to the held body
-  std::optional<std::size_t> passes_through = {};  ///< body that was released while the tool was inside
+  std::optional<std::size_t> passes_through = {};  ///< released body that the tool may still overlap
   SoftContact soft = {};                           ///< contact from set_soft_contact()
   std::optional<std::size_t> pull = {};            ///< index in `pulls` of this step
 
@@ -57,8 +59,8 @@ struct WorldTool {
   RigidState start() const { return {description->X_WT, Twist{}}; }
 };
 
-/// Time for which a body remains in the touch stage after its last contact with a tool. Without it, a bouncing contact
-/// (tapping, sliding) would move the body between the two solvers at every bounce.
+/// Time for which a body remains in the touch stage after its last contact with a tool. Without it, a contact with
+/// interruptions (tapping, sliding) would move the body between the two solvers at every interruption.
 inline constexpr double kAdoption_s = 0.25;
 
 /// A pose whose position is NaN. It is unequal to every pose, also to itself.

@@ -9,8 +9,8 @@
 namespace tandem::physics {
 namespace {
 
-/// Damping of a tool without a handle. With this value (our choice), it comes to rest in a quarter of a second, without
-/// a jerk.
+/// Damping rate of a tool without a handle. Our choice: the tool comes to rest within a quarter of a second, without a
+/// jerk.
 constexpr double kIdleDamping_per_s = 20;
 /// Distance from the origin to which the molecules of absent bodies are moved, so that they exert no force.
 constexpr double kOutOfReach_m = 1e6;
@@ -62,8 +62,8 @@ void World::Impl::damp_and_ramp() noexcept {
   }
 }
 
-/// Describes bodies and tools to the touch stage. The wrench of an external object contains weight and field as well,
-/// so that the stage can predict the object's motion.
+/// Describes bodies and tools to the touch stage. External objects are moved by another component. Their weight and
+/// molecular forces are passed as well, because the touch stage predicts their motion.
 void World::Impl::describe_things() noexcept {
   using Role = TouchThing::Role;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -83,7 +83,8 @@ void World::Impl::describe_things() noexcept {
     const Role role = tool.is_free() ? Role::kImplicit : Role::kAbsent;
     things[bodies.size() + i] = {&tool.rigid, &tool.description->touch, role, true,
                                  bit_of(i),   tool.hand.dynamics(),     {},   tool.passes_through};
-    // A body held by a massless tool keeps its own mass. A body held by a tool at its handle has a prescribed motion.
+    // The tool's dynamics apply to the held body only for a tool at its handle: the motion of the held body is then
+    // prescribed. A body held by a massless tool keeps its own mass.
     if (tool.held && tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle)
       things[*tool.held].dynamics = tool.hand.dynamics();
   }
@@ -117,8 +118,8 @@ void World::Impl::add_soft_wrenches() noexcept {
   }
 }
 
-/// Applies the effects to the tools in `pulls`, which have a coupling. Tools without a coupling are omitted, because a
-/// constant force would carry them away.
+/// Applies the effects to the tools in `pulls`, i.e. those with a coupling. Effects are not applied to other tools,
+/// because a constant force would carry a tool without a coupling away.
 void World::Impl::add_effects() noexcept {
   for (std::size_t i = 0; i < tools.size(); ++i) {
     if (!tools[i].hand.pulls()) effects.forget(i);
@@ -156,8 +157,8 @@ TickFaults World::Impl::step_touch() noexcept {
   return touch.step(step_s(), things, pulls, touch_joints);
 }
 
-/// Updates which bodies belong to the touch stage. From the next step on, it contains the bodies that a tool touches
-/// directly or through others. A body that no tool has touched for a while becomes free again.
+/// Updates which bodies belong to the touch stage in the next step: those that a tool touches, directly or through
+/// other bodies. A body that no tool has touched for kAdoption_s becomes free again.
 void World::Impl::adopt() noexcept {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     WorldBody& body = bodies[i];
@@ -274,7 +275,8 @@ Duration World::quickest_step() noexcept {
   constexpr int kSteps = 10;
   Duration quickest = std::chrono::hours(1);
   for (int i = 0; i < kSteps; ++i) {
-    // Poses that are NaN force an evaluation of the field, which is otherwise skipped for unchanged poses.
+    // Poses that are NaN differ from every pose. They force an evaluation of the molecular field in each step, which is
+    // otherwise skipped for unchanged poses.
     for (Pose& X_WB : impl_->poses) X_WB = kNowhere;
     const Duration begin = processor_time();
     step();

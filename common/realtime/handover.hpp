@@ -1,5 +1,5 @@
-// Passes objects that own memory from a maker thread to a user thread, and lets the maker thread free the objects
-// later. The user thread neither allocates, locks, waits nor frees, and never holds a pointer to a freed object.
+// Passes objects that own memory from a maker thread to a user thread. The maker thread later frees the objects. The
+// user thread therefore neither allocates, locks, waits nor frees, and it never holds a pointer to a freed object.
 //
 // Each object has a number, its generation g, which increases by 1 with each object. Object g is stored in slot
 // g mod 2, so at most two objects exist: the one in use and the next one.
@@ -19,13 +19,13 @@
 
 namespace tandem::realtime {
 
-/// Holds at most one object per generation, for one maker thread and one user thread.
+/// Passes one object per generation from one maker thread to one user thread.
 template <class T>
 class Handover {
  public:
-  /// Stores `object` as the object of `generation`, and frees the object of generation − 2, which is in the same slot.
-  /// Returns false and leaves `object` to the caller if the user thread may still use that older object. The caller
-  /// must then try again later.
+  /// Stores `object` as the object of `generation` and returns true. The slot holds the object of generation − 2, which
+  /// is freed. If the user thread may still use that older object, returns false, and `object` remains with the caller,
+  /// who must try again later.
   /// In      generation  above 0, and higher than at the previous call
   /// Thread  maker thread
   bool offer(std::uint32_t generation, std::unique_ptr<T>& object) {
@@ -38,7 +38,7 @@ class Handover {
     return true;
   }
 
-  /// Returns the object of `generation`, even if the user has not entered it yet; null if no object was offered yet.
+  /// Returns the object of `generation`, before or after enter(generation) is called; null if it was not offered yet.
   /// Thread  user thread
   T* offered(std::uint32_t generation) const noexcept {
     const std::size_t slot = generation % kSlots;
@@ -49,7 +49,7 @@ class Handover {
   /// generation.
   /// Thread  user thread
   void enter(std::uint32_t generation) noexcept { entered_.store(generation, std::memory_order_release); }
-  /// Returns the object of the generation that was entered last; null if there is none.
+  /// Returns the object that the user thread uses now: that of the last enter(); null before the first enter().
   /// Thread  user thread
   T* get() const noexcept { return offered(entered_.load(std::memory_order_relaxed)); }
 
@@ -57,8 +57,8 @@ class Handover {
   static constexpr std::size_t kSlots = 2;
 
   std::array<std::unique_ptr<T>, kSlots> objects_;  ///< the objects, by slot; accessed by the maker only
-  /// Pointers to the objects, for the user thread. They are atomic, because the user may load a pointer while the maker
-  /// replaces it.
+  /// Pointers to the objects for the user thread, by slot. They are atomic, because the maker thread may replace a
+  /// pointer while the user thread loads it.
   std::array<std::atomic<T*>, kSlots> shown_{};
   std::array<std::atomic<std::uint32_t>, kSlots> generations_{};
   std::atomic<std::uint32_t> entered_{0};

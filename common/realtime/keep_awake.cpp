@@ -23,30 +23,31 @@ namespace tandem::realtime {
 namespace {
 
 constexpr Duration kFollowEvery{std::chrono::milliseconds(10)};
-/// The load is evaluated over kJudgeTimes periods of kFollowEvery. If threads other than the protected one used more
-/// than the fraction kMaxOthers of the processor's time, the helper pauses for kStopTimes periods.
+/// Rule by which the helper makes way for other threads. It measures the load over kJudgeTimes periods of kFollowEvery.
+/// If threads other than the helper and the protected thread used more than the fraction kMaxOthers of the processor's
+/// time, the helper pauses for kStopTimes periods.
 constexpr int kJudgeTimes = 10, kStopTimes = 100;
 constexpr double kMaxOthers = 0.5;
 
-// One flag per processor; it is set while a helper thread keeps this processor awake.
+// One flag per processor: set while a helper thread keeps the processor awake.
 std::array<std::atomic_flag, CPU_SETSIZE> kept_awake{};
 
-/// Returns the processor on which the thread with this /proc stat file ran last; −1 if the thread has ended.
+/// Returns the processor on which a thread ran last; −1 if the thread has ended. `stat` is its open /proc stat file.
 int processor_of(int stat) {
   std::array<char, 1024> bytes{};
   const ssize_t count = pread(stat, bytes.data(), bytes.size(), 0);
   if (count <= 0) return -1;
   std::string_view text(bytes.data(), static_cast<std::size_t>(count));
-  // The thread's name (2nd value) may contain any characters, so the search starts after its last ')'. The 3rd value
-  // follows; the processor is the 39th value (man 5 proc).
+  // The file contains values separated by spaces (man 5 proc). The processor is the 39th value. Counting starts at the
+  // 3rd value, after the last ')', because the 2nd value is the thread's name in parentheses, which may contain spaces.
   text.remove_prefix(std::min(text.size(), text.rfind(')') + 1));
   for (int value = 3; value <= 39; ++value) text.remove_prefix(std::min(text.size(), text.find(' ') + 1));
   return text.empty() ? -1 : std::atoi(text.data());
 }
 
-/// Returns two times from a thread's /proc schedstat file: the thread's running time, and the time in which it was
-/// ready while other threads ran (0 if the kernel does not count this). Time in which the host suspended the virtual
-/// processor is excluded.
+/// Returns two times from the /proc schedstat file of a thread: the time in which the thread ran, and the time in which
+/// it was ready to run while other threads ran (0 if the kernel does not count it). Neither includes time in which the
+/// host suspended the virtual processor.
 std::array<Duration, 2> times_of(int schedstat) {
   std::array<char, 128> bytes{};
   if (pread(schedstat, bytes.data(), bytes.size() - 1, 0) <= 0) return {};
@@ -55,7 +56,8 @@ std::array<Duration, 2> times_of(int schedstat) {
   return {running, Duration(std::strtoll(after_running, nullptr, 10))};
 }
 
-/// Pins the calling thread to the processor. Returns false if another helper already keeps that processor awake.
+/// Pins the calling thread to the processor and returns true. Returns false if another helper already keeps that
+/// processor awake.
 bool claim(int processor) {
   const auto index = static_cast<std::size_t>(processor);
   if (processor >= CPU_SETSIZE || kept_awake[index].test_and_set()) return false;
@@ -132,8 +134,8 @@ bool gives_idle_to_host(const std::filesystem::path& root) {
 bool has_processor_quota(const std::filesystem::path& root) {
   std::ifstream own(root / "proc/self/cgroup");
   for (std::string line; std::getline(own, line);) {
-    // A line contains number, controllers and path. In cgroup version 2 the list of controllers is empty. The quotas of
-    // parent groups apply to this process as well.
+    // A line of the file contains number, controllers and path of a group. In cgroup version 2 the list of controllers
+    // is empty. The quotas of all groups above the named one apply to this process as well.
     const std::size_t colon = line.find(':'), slash = line.find(":/");
     if (slash == std::string::npos) continue;
     const std::string controllers = ',' + line.substr(colon + 1, std::max(colon + 1, slash) - colon - 1) + ',';
@@ -164,8 +166,8 @@ std::shared_ptr<const void> keep_awake() {
   const auto wanted = std::make_shared<const char>();
   try {
     if (stat < 0) throw std::system_error(errno, std::generic_category());
-    // The thread is detached, because joining it could take a second: a SCHED_IDLE thread gets almost no time while
-    // other threads are busy.
+    // The helper is detached, because its low priority (SCHED_IDLE) leaves it almost no time while other threads are
+    // busy. Joining it could therefore take a second.
     std::thread([stat, schedstat, close_files, is_wanted = std::weak_ptr<const void>(wanted)] {
       const sched_param parameters{};
       const int own_schedstat = opened("/proc/thread-self/schedstat");

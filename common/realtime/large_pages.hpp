@@ -6,8 +6,9 @@
 
 namespace tandem::realtime {
 
-/// Moves all complete 2 MiB blocks within `memory` to large pages, if the kernel supports them. With pages of 4 KiB,
-/// address translation takes about as long as the random access itself, and longer in a virtual machine.
+/// Moves all complete 2 MiB blocks within `memory` to large pages, if the kernel supports them. Large pages make random
+/// accesses faster. With pages of 4 KiB, translating an address takes about as long as the access itself, and even
+/// longer in a virtual machine.
 ///
 /// Out     false: nothing was moved, because the memory is too small or large pages are not supported
 ///         (/sys/kernel/mm/transparent_hugepage)

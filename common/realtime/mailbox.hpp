@@ -3,9 +3,9 @@
 //   writer owns slot A      middle slot      reader owns slot B
 //        publish(): A ⇄ middle (mark fresh)      poll(): if fresh, middle ⇄ B
 //
-// With three slots the writer can always write and the reader can always read a complete value. Values in this project
-// describe a whole state, and only the newest state matters. A value that was never read is therefore overwritten;
-// publish() reports the loss, so that the caller can count it.
+// With three slots the writer can always write and the reader can always read a complete value. A value in this project
+// describes a whole state, of which only the newest matters. The writer therefore overwrites a value that was never
+// read. In this case publish() returns true, so that the caller can count the loss.
 #pragma once
 
 #include <array>
@@ -25,8 +25,8 @@ class Mailbox {
   /// Fills all slots with `initial`, so that their memory is allocated at construction.
   explicit Mailbox(const T& initial) { slots_.fill(initial); }
 
-  /// Returns the slot that the next publish() makes visible. It holds an arbitrary older value, so assign all of its
-  /// fields.
+  /// Returns the slot that the next publish() makes visible to the reader. The slot contains an arbitrary older value,
+  /// so the writer must assign all of its fields.
   T& back() { return slots_[back_]; }
 
   /// Makes back() the newest value. Returns true if the value that it replaces was never read.

@@ -19,8 +19,8 @@ namespace tandem::realtime {
 namespace {
 
 constexpr std::size_t kMaxQueuedLines = 1024;
-// Maximum time for which finish() waits, far longer than an active reader needs. Together with up to a second for
-// disconnect messages, a server thus ends within two seconds.
+// Maximum time for which finish() waits, much longer than a running reader needs. A server sends disconnect messages
+// for up to a second before finish(), so it ends within two seconds.
 constexpr Duration kMaxFinish{std::chrono::milliseconds(500)};
 
 /// Counter of completed flushes, on which a thread can wait.
@@ -30,7 +30,7 @@ struct Flushes {
   int count = 0;
 };
 
-/// Writes to a file descriptor on the thread of the pool. That thread blocks while nobody reads the output.
+/// Writes to a file descriptor on the thread of the pool. This thread blocks while the reader of the output is stopped.
 class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
   DescriptorSink(int descriptor, spdlog::details::thread_pool& pool, Flushes& flushes)
@@ -77,7 +77,7 @@ class DescriptorSink : public spdlog::sinks::base_sink<std::mutex> {
   std::size_t reported_lost_ = 0;
 };
 
-/// A standard output stream, with its thread, its queue and the loggers that write to it.
+/// Standard output or standard error: the thread and the queue of the stream, and two loggers that write to it.
 class Stream {
  public:
   Stream(const std::string& program, int descriptor, Flushes& flushes)

@@ -24,9 +24,10 @@ class LineLimit {
   static constexpr std::size_t kMaxLines = 60;
   static constexpr Duration kWindow{std::chrono::minutes(1)};
 
-  /// Returns the lines to write for `line`: the line itself, or a notice that further lines are suppressed, or nothing.
-  /// They are preceded by the counts of suppressed lines of windows that have ended.
-  /// In      kind  chosen by the program, never by a peer, so that there are few kinds
+  /// Returns the lines to write instead of `line`, in this order:
+  /// 1. for each kind whose window has ended, the number of suppressed lines;
+  /// 2. `line` itself; or a notice if `line` is the first suppressed one; or nothing if it is a later one.
+  /// In      kind  kind of line, chosen by the program and never by a peer, so that the number of kinds is limited
   std::vector<std::string> admitted(std::string_view kind, const std::string& line, LocalTime now);
   /// Returns the counts of suppressed lines that have not been reported yet.
   std::vector<std::string> left_out();
@@ -41,8 +42,8 @@ class LineLimit {
   std::map<std::string, Window, std::less<>> windows_;
 };
 
-/// Output of one program, constructed first in main() and never destroyed. Its threads may be blocked in a write, so
-/// the process ends without joining them, and their memory is never freed.
+/// Output of one program, constructed first in main() and never destroyed. Its threads may be blocked in a write at the
+/// end of the program. The process therefore ends without joining the threads or freeing their memory.
 ///
 /// Thread  any
 class Output {
@@ -52,7 +53,7 @@ class Output {
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
-  /// Writes text unchanged to standard output; err() writes it to standard error.
+  /// Writes text unchanged: out() to standard output, err() to standard error.
   void out(const std::string& text);
   void err(const std::string& text);
   /// Writes a line with a time stamp to standard error, subject to LineLimit.

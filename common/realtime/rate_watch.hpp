@@ -9,9 +9,9 @@
 
 namespace tandem::realtime {
 
-/// Watches the rate of a loop. The loop counts as slow if it ran fewer than 90 % of its ticks in each of the last two
-/// windows. A single delay affects one window only, so it does not count. A window lasts 50 ms, or 20 periods if that
-/// is longer.
+/// Watches the rate of a loop. The loop is slow if it ran fewer than 90 % of its ticks in each of the last two windows.
+/// A window lasts 50 ms, or 20 periods if that is longer. Two windows are required, because a single delay, which is no
+/// fault, affects only one.
 ///
 /// Thread  the thread of the loop; no allocation after construction
 class RateWatch {
@@ -36,7 +36,7 @@ class RateWatch {
 
  private:
   Duration window_;
-  std::vector<LocalTime> ticks_;  ///< ring buffer with the ticks of two windows
+  std::vector<LocalTime> ticks_;  ///< ring buffer of tick times; each half has 90 % of the ticks of a window
   std::size_t next_ = 0;          ///< index of the oldest tick
   std::size_t seen_ = 0;
 };

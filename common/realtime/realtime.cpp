@@ -28,8 +28,9 @@ namespace {
 
 constexpr std::size_t kPrefaultedStackBytes = 256U * 1024U;
 constexpr std::size_t kPageBytes = 4096;
-// Lateness that suggests real-time throttling. By default the kernel suspends real-time threads for 50 ms of each
-// second (sched_rt_runtime_us is 950000 of 1000000). Half of these 50 ms is well above the delays of a busy machine.
+// A wake-up that is later than this suggests real-time throttling: by default the kernel suspends real-time threads for
+// 50 ms of each second (sched_rt_runtime_us is 950000 of 1000000). Half of these 50 ms is well above the delays of a
+// busy machine.
 constexpr Duration kThrottleLateness{std::chrono::milliseconds(25)};
 
 /// Time constant of the running mean of the wake-up delay, in wake-ups.
@@ -95,7 +96,7 @@ void request_locked_memory(std::vector<std::string>& missing) {
   prefault_stack();
 }
 
-/// Returns whether the kernel uses idle states, some of which may have a long wake-up latency.
+/// Returns whether the kernel uses idle states of the processor. Some of them may have a long wake-up latency.
 bool has_deep_sleep() {
   std::string driver;
   std::ifstream("/sys/devices/system/cpu/cpuidle/current_driver") >> driver;
@@ -103,8 +104,8 @@ bool has_deep_sleep() {
 }
 
 void request_light_sleep(std::vector<std::string>& missing) {
-  // The request is effective while the file is open. The file stays open until the program ends; only the first call
-  // opens it, and later calls return the stored result.
+  // The request is effective as long as the file is open. Only the first call opens the file; later calls return the
+  // stored result. The file stays open until the program ends.
   static const int error = [] {
     const int file = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
     if (file < 0) return errno;

@@ -1,6 +1,6 @@
-// Requests for real-time properties of a loop, and its periodic timer. A request never fails. It returns a list of the
-// resources that the system did not grant. The program prints the list once and continues, unless an option requires
-// all resources.
+// Requests for real-time properties of a loop, and the loop's periodic timer. A request never fails; it returns a list
+// of the resources that the system did not grant. The program prints this list once and continues, unless an option of
+// the program requires all resources.
 #pragma once
 
 #include <pthread.h>
@@ -16,8 +16,8 @@
 
 namespace tandem::realtime {
 
-/// Requests real-time properties for the calling thread. A priority above 0 has three further effects, so that the loop
-/// has no page faults and wakes up fast:
+/// Requests real-time properties for the calling thread. If the priority is above 0, the function also prevents page
+/// faults and slow wake-ups of the loop:
 /// * The memory of the process is locked, including later allocations (mlockall).
 /// * The first 256 KiB of the stack are touched.
 /// * Idle states with a long wake-up latency are disabled until the program ends (PM QoS, /dev/cpu_dma_latency).
@@ -51,21 +51,25 @@ bool set_priority(pthread_t thread, int priority);
 /// Thread  the thread of the loop
 class PeriodicTimer {
  public:
-  /// In      spin  maximum time for which wait() wakes up early and polls until the deadline. The actual time is twice
-  ///         the recent wake-up delay: up to a tenth of a millisecond on an idle processor, microseconds on a busy one
+  /// In      spin  longest time before a deadline at which the sleep may end; after the sleep, wait() polls the clock.
+  ///               If twice the recent wake-up delay is less, the sleep ends only that time before the deadline: up to
+  ///               a tenth of a millisecond on an idle processor, microseconds on a busy one
   /// Fails   std::invalid_argument: period not above 0
   PeriodicTimer(Duration period, LocalTime start, Duration spin = Duration{0});
-  /// Sleeps until the next deadline and returns it. If that deadline passed more than one period ago, the missed
-  /// deadlines are skipped and counted, so a late loop does not run a burst of ticks to catch up.
+  /// Sleeps until the next deadline and returns it. If that deadline passed more than one period ago, skips and counts
+  /// the missed deadlines. A late loop therefore does not run a burst of ticks to catch up.
   ///
-  /// In      early  time before the deadline at which wait() may already return. If the deadline is no farther away,
-  ///         wait() returns at once. Otherwise the sleep ends earlier by twice the recent wake-up delay, but at most by
-  ///         the larger of `early` and `spin`
+  /// In      early  time before the deadline from which wait() may return:
+  ///         * If the deadline is no farther away than `early`, wait() returns at once.
+  ///         * Otherwise wait() first sleeps. The sleep ends before the deadline by twice the recent wake-up delay, but
+  ///           at most by the larger of `early` and `spin`. Then wait() polls the clock until the time `early` before
+  ///           the deadline.
   LocalTime wait(Duration early = Duration{0});
-  /// Returns the deadline of the next wait(), if no deadline is missed until then.
+  /// Returns the deadline for which the next wait() will sleep if no deadline is missed until then.
   LocalTime due() const { return next_ + period_; }
 
-  /// Sets the next deadline to one period after `start`. Earlier deadlines do not count as missed.
+  /// Sets the next deadline to one period after `start`. All deadlines before it are dropped and do not count as
+  /// missed.
   void restart(LocalTime start) { next_ = start; }
   /// Delays all following deadlines by `later`.
   void shift(Duration later) { next_ += later; }

@@ -1,6 +1,8 @@
-// Ordered exchange of commands and events between two threads. A full ring refuses new values instead of overwriting
-// old ones. For states of which only the newest matters, use mailbox.hpp; for objects that own memory, use
-// handover.hpp. Threads of this project exchange data only in these three ways.
+// Exchange of commands and events between two threads, in order. A full ring refuses new values instead of overwriting
+// old ones. Threads of this project exchange data in three ways only:
+// * ring.hpp: commands and events, none of which may be lost unnoticed
+// * mailbox.hpp: states, of which only the newest matters
+// * handover.hpp: objects that own memory
 #pragma once
 
 #include <boost/lockfree/spsc_queue.hpp>
@@ -14,8 +16,8 @@ class Ring {
  public:
   explicit Ring(std::size_t capacity) : queue_(capacity) {}
 
-  /// Appends a value. Returns false if the ring is full; then the value is not stored, and the caller must count or
-  /// report it.
+  /// Appends a value and returns true. If the ring is full, stores nothing and returns false; the caller must then
+  /// count or report the loss.
   bool push(const T& value) { return queue_.push(value); }
   /// Removes the oldest value. Returns false if the ring is empty.
   bool pop(T& value) { return queue_.pop(value); }

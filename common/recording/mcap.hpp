@@ -32,8 +32,8 @@ enum class Op : std::uint8_t {
   kDataEnd = 15,
 };
 
-/// A channel carries messages of one type. Its schema is a Protobuf FileDescriptorSet (encoding "protobuf"), so a file
-/// can be decoded without further files.
+/// A channel carries messages of one type. Its schema is a Protobuf FileDescriptorSet (encoding "protobuf"), which
+/// describes the message type completely. A file can therefore be decoded without other files.
 struct Channel {
   std::string topic;
   std::string type;  ///< full name of the message type

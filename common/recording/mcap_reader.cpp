@@ -114,8 +114,8 @@ bool McapReader::read_channel(std::span<const std::uint8_t> rest) {
   read_text(reader, rest);                 // skips the encoding of the messages
   read_bytes(reader, rest, reader.u32());  // skips the channel's metadata
   if (!reader.ok() || !rest.empty() || channels_.size() >= kMaxChannels) return false;
-  // The summary has a checksum and repeats each channel. A different topic in the summary means that messages were
-  // assigned to a wrong channel.
+  // The summary repeats each channel and has a checksum. If the summary gives a different topic for a channel, the
+  // channel record before it was altered, and messages were assigned to a wrong channel.
   const Channel* const before = is_in_summary_ ? this->channel(id) : nullptr;
   if (before != nullptr && before->topic != channel.topic) return false;
   channels_.insert_or_assign(id, std::move(channel));
@@ -185,8 +185,8 @@ std::optional<Message> McapReader::next_in_chunk() {
   return std::nullopt;
 }
 
-/// Returns the damage of the header record, or an empty text. An altered length of the header would hide the records
-/// that follow it.
+/// Returns a description of the damage of the header record, or an empty text. The length of the header must be
+/// checked, because a wrong length would hide the records that follow the header.
 std::string McapReader::damage_of_header() const {
   std::span<const std::uint8_t> rest(content_);
   ByteReader reader(rest);
@@ -195,8 +195,8 @@ std::string McapReader::damage_of_header() const {
   return reader.ok() && rest.empty() && channels_.empty() ? "" : "the header is damaged";
 }
 
-/// Returns the damage of a MessageIndex record, which must follow its chunk. This detects a chunk whose type byte was
-/// altered, because its index then follows no chunk.
+/// Returns a description of the damage of a MessageIndex record, or an empty text. The record must follow its chunk. If
+/// it does not, the type byte of the chunk was altered, so that the chunk was skipped as an unknown record.
 std::string McapReader::damage_of_index() const {
   if (!follows_chunk_) return "an index follows no chunk: a chunk before it is damaged";
   std::span<const std::uint8_t> rest(content_);
@@ -206,7 +206,8 @@ std::string McapReader::damage_of_index() const {
   return reader.ok() && rest.empty() && channel(id) != nullptr ? "" : "the index of a chunk is damaged";
 }
 
-/// Returns whether the checksum of the summary is correct. The checksum also covers the fields of the Footer before it.
+/// Returns whether `sum` is the correct checksum of the summary. The checksum also covers the fields of the Footer that
+/// precede it.
 bool McapReader::is_sum_of_summary_right(std::uint32_t sum) const {
   Bytes summed = summary_;
   summed.insert(summed.end(), head_.begin(), head_.end());
@@ -257,8 +258,8 @@ std::string McapReader::damage_of_record() {
       counts_ = content_;
       return "";
     default:
-      // Type 0 is not an MCAP record, but occurs in zeroed pages of a file. Types from 0x80 on are private and are
-      // skipped.
+      // Type 0 is no MCAP record; it occurs where pages of a file were zeroed. Types from 0x80 on are private records
+      // of other programs, which are skipped.
       const bool is_known = op_ >= Op::kHeader && op_ <= Op::kDataEnd;
       return is_known || static_cast<std::uint8_t>(op_) >= 0x80 ? "" : "there is no record where one should begin";
   }

@@ -1,6 +1,6 @@
-// Reads the messages of an MCAP file in the order in which they were written. The file is not trusted. Reading ends at
-// the first record that exceeds the limits, has a wrong checksum or contradicts earlier records. The reader reports the
-// position of that record.
+// Reads the messages of an MCAP file in the order in which they were written. The file is not trusted: reading ends at
+// the first record that exceeds the limits, has a wrong checksum or contradicts earlier records. offset() then returns
+// the position of that record.
 #pragma once
 
 #include <istream>
@@ -18,16 +18,20 @@ namespace tandem::recording {
 /// Thread  any, one at a time
 class McapReader {
  public:
-  /// State of reading. kNotYet: reading has not ended; kWhole: the end of a complete file was reached; kCut: the file
-  /// is truncated; kDamaged: the file is damaged.
+  /// State of reading:
+  /// kNotYet   reading has not ended
+  /// kWhole    the end of a complete file was reached
+  /// kCut      the file is truncated
+  /// kDamaged  the file is damaged
   enum class End : std::uint8_t { kNotYet, kWhole, kCut, kDamaged };
 
   /// In      in  binary stream positioned at the start of the file; must outlive the reader
   explicit McapReader(std::istream& in);
 
-  /// Returns the next message; nothing at the end, see end(). The data of the message remain valid until the next call.
+  /// Returns the next message, whose data remain valid until the next call. Returns nothing when reading has ended; the
+  /// cause is then available from end().
   std::optional<Message> next();
-  /// Returns the channel of a message; null if its record has not been read.
+  /// Returns the channel with this id; null if the file has had no record of this channel so far.
   const Channel* channel(std::uint16_t id) const;
   End end() const { return end_; }
   /// Returns the readable reason why reading ended; empty if the file is complete.

@@ -207,8 +207,8 @@ Bytes McapWriter::finish() {
   append_record(out, Op::kFooter, [&](ByteWriter& content) {
     content.number(file_bytes_ + summary_at);
     content.number(std::uint64_t{0});  // 0: no offsets into the summary
-    // The checksum covers the summary and this record up to the checksum itself. `out` does not contain the length of
-    // this record yet, so the length is inserted into the copy.
+    // The checksum covers the summary and this record up to the checksum itself, including the length of the record.
+    // append_record() writes that length only later, so it is inserted into the copy from which the sum is computed.
     Bytes summed(out.begin() + static_cast<std::ptrdiff_t>(summary_at), out.end());
     constexpr std::uint64_t kLength = 2 * sizeof(std::uint64_t) + sizeof(std::uint32_t);
     Bytes length;

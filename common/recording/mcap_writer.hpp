@@ -1,10 +1,12 @@
-// Converts messages to the bytes of an MCAP file. Bytes that were returned never change, so a file is only appended to.
+// Converts messages to the bytes of an MCAP file. Bytes that were returned once never change, so the caller only needs
+// to append to the file.
 //
 //   magic, Header, Schema and Channel records        begin()
 //   Chunk of messages, one MessageIndex per channel  each pop_chunk()
 //   DataEnd, summary, Footer, magic                  finish()
 //
-// Schemas and channels precede all chunks. A file that is truncated after any chunk is therefore readable up to there.
+// Schemas and channels precede all chunks. A file that is truncated is therefore readable up to its last complete
+// chunk.
 #pragma once
 
 #include <array>
@@ -31,9 +33,11 @@ class McapWriter {
   std::size_t waiting_bytes() const { return chunk_.size(); }
   std::uint64_t waiting_messages() const { return chunk_messages_; }
   /// Returns the messages added since the last call as a compressed chunk; empty if there are none. The caller must
-  /// append the bytes to the file, because the index that finish() writes contains their positions.
+  /// append these bytes, and nothing else, to the file, because the index of finish() contains the position of each
+  /// chunk.
   Bytes pop_chunk();
-  /// Undoes the last pop_chunk(), if the caller could not write its bytes.
+  /// Declares that the bytes of the last pop_chunk() could not be written: they are not counted as part of the file,
+  /// and their messages are lost.
   void drop_chunk();
   /// Returns the last bytes of the file.
   Bytes finish();

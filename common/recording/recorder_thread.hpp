@@ -9,7 +9,7 @@
 
 namespace tandem::recording {
 
-/// Calls `work` once per period on a thread of normal priority, and once more when it stops.
+/// Calls `work` once per period on a thread of normal priority. When the object is stopped, calls it one last time.
 class RecorderThread {
  public:
   /// In      work  function to call; must not throw

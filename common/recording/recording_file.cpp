@@ -12,8 +12,8 @@
 namespace tandem::recording {
 namespace {
 
-/// If no write has failed for this time, the disk counts as usable again. The delay is needed because a nearly full
-/// disk sometimes accepts a small chunk.
+/// Time without a failed write after which the disk counts as usable again. The delay is needed because a nearly full
+/// disk sometimes accepts a small chunk between failures.
 constexpr std::uint64_t kTrustAfterNs = 5'000'000'000;
 
 }  // namespace
@@ -46,7 +46,8 @@ bool RecordingFile::open_new_file() {
   return descriptor_ >= 0;
 }
 
-/// Begins the next part. If its file cannot be created, messages are lost until a later flush succeeds in creating it.
+/// Begins the next part of the recording. If its file cannot be created, flush() tries again; messages are lost until
+/// it succeeds.
 void RecordingFile::open(std::uint64_t now_ns) {
   begun_ns_ = now_ns;
   size_ = 0;
@@ -67,8 +68,8 @@ void RecordingFile::close() {
   ::close(std::exchange(descriptor_, -1));
 }
 
-/// Appends all bytes or none: after a partial write the file is truncated to its previous size, so that it remains
-/// valid.
+/// Appends all bytes or none, and returns whether it appended them. After a partial write the file is truncated to its
+/// previous size, so that it remains valid.
 bool RecordingFile::append(std::span<const std::uint8_t> bytes) {
   std::size_t done = 0;
   while (descriptor_ >= 0 && done < bytes.size()) {

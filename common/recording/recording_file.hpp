@@ -22,8 +22,8 @@ struct RotationSettings {
 /// Thread  any, one at a time; may block on the disk
 class RecordingFile {
  public:
-  /// Returns the first message of a part. It is written to channel 0, and makes each part readable without the other
-  /// parts.
+  /// Function that returns a description of the recording. The description is the first message of each part, on
+  /// channel 0, so that a part is readable without the other parts.
   using Describe = std::function<Bytes(std::uint32_t part)>;
 
   /// Creates the first part.
@@ -36,8 +36,8 @@ class RecordingFile {
 
   void add(std::uint16_t channel, std::uint64_t time_ns, std::span<const std::uint8_t> data);
   /// Writes all added messages to the file, and begins the next part when it is due. Written messages survive a
-  /// SIGKILL. Messages that cannot be written, for example to a full disk, are lost and counted; the next flush tries
-  /// to write again.
+  /// SIGKILL. If a write fails, for example on a full disk, its messages are lost and counted. The next flush writes
+  /// only messages added since.
   void flush(std::uint64_t now_ns);
   /// Writes the end of the file. May be called repeatedly.
   void finish();
@@ -47,7 +47,7 @@ class RecordingFile {
   std::uint64_t messages_written() const { return messages_written_.load(std::memory_order_relaxed); }
   std::uint64_t messages_lost() const { return messages_lost_.load(std::memory_order_relaxed); }
   std::uint64_t bytes_written() const { return bytes_written_.load(std::memory_order_relaxed); }
-  // The next two functions: one thread at a time, also with add() and flush().
+  // Call the next two functions from one thread at a time, which must not run add() or flush() at the same time.
   std::uint32_t parts() const { return part_; }
   /// Returns a message for the user if the state has changed since the last call: writing has begun to fail, or has
   /// succeeded again for 5 s. Otherwise returns an empty text.
@@ -74,7 +74,7 @@ class RecordingFile {
   std::uint64_t size_ = 0;  ///< size of this part, not including failed writes
   std::uint64_t begun_ns_ = 0;
   std::atomic<std::uint64_t> bytes_written_{0}, messages_written_{0}, messages_lost_{0};
-  bool is_failing_ = false;      ///< true: the state last reported to the user was a failure
+  bool is_failing_ = false;      ///< true: the last report to the user (pop_news) was a failed write
   std::uint64_t failed_ns_ = 0;  ///< time of the last failed write
   std::string news_;
 };

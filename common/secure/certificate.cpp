@@ -14,7 +14,7 @@ namespace {
 constexpr long kDay_s = 24 * 3600;
 constexpr long kValidity_s = 3650 * kDay_s;
 constexpr long kDevValidity_s = 365 * kDay_s;
-/// Maximum time by which a client's clock may lag: certificates are valid from this time before their creation.
+/// Maximum time by which a client's clock may lag behind. Certificates are valid from this time before their creation.
 constexpr long kClockError_s = kDay_s;
 constexpr long kX509v3 = 2;
 
@@ -59,8 +59,8 @@ std::string pem_of(X509* certificate) {
   return text_in(bio.get());
 }
 
-/// Returns whether `name` is a plausible host name. It is inserted into OpenSSL's configuration language, so it must
-/// not contain separators of that language.
+/// Returns whether `name` is a plausible host name. The name is inserted into text for OpenSSL's configuration parser,
+/// so it must not contain separators of that language.
 bool is_host_name(const std::string& name) {
   const auto fits = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '.'; };
   return !name.empty() && name.size() <= 253 && std::all_of(name.begin(), name.end(), fits);

@@ -39,7 +39,7 @@ bool write_new(const std::filesystem::path& file, std::string_view text, bool is
 
 /// Writes the private key to a new file. Returns false if the file already exists.
 bool write_private(const std::filesystem::path& file, EVP_PKEY* key) {
-  // This BIO uses secure memory, which is wiped when it is freed.
+  // Secure memory, because OpenSSL wipes it when it is freed.
   const BioPointer bio(BIO_new(BIO_s_secmem()));
   if (PEM_write_bio_PrivateKey(bio.get(), key, nullptr, nullptr, 0, nullptr, nullptr) != 1) refuse(file);
   char* data = nullptr;

@@ -17,7 +17,7 @@ namespace tandem::secure {
 using PublicKey = std::array<std::byte, 32>;
 using Signature = std::array<std::byte, 64>;
 
-/// A private key with its public key. Copies refer to one key, which is wiped when the last copy is destroyed.
+/// A private key with its public key. All copies of an object share one key, which is wiped with the last copy.
 ///
 /// Thread  any, one at a time
 class KeyPair {

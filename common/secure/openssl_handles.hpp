@@ -38,7 +38,7 @@ inline unsigned char* octets(std::byte* bytes) {
   return reinterpret_cast<unsigned char*>(bytes);
 }
 
-/// Returns whether `name` is an IP address that can be used in a certificate.
+/// Returns whether `name` is an IPv4 or IPv6 address, which a certificate stores in a different field than a host name.
 inline bool is_address(const std::string& name) {
   ASN1_OCTET_STRING* const address = a2i_IPADDRESS(name.c_str());
   ASN1_OCTET_STRING_free(address);

@@ -61,7 +61,8 @@ std::optional<Bytes> bytes_of_text(std::string_view text) {
     bytes.push_back(static_cast<std::byte>(pending >> bits & 0xFFU));
     pending &= (1U << bits) - 1;
   }
-  // The remaining bits must be zero and fewer than one letter encodes. Each byte string then has exactly one encoding.
+  // The text must not end with an incomplete byte: the bits that remain must be zero and fewer than a letter's bits.
+  // Each byte string then has exactly one encoding.
   if (bits >= kBitsPerLetter || pending != 0) return std::nullopt;
   return bytes;
 }

@@ -13,12 +13,13 @@
 namespace tandem::secure {
 
 using Bytes = std::vector<std::byte>;
-/// SHA-256 of a public key (SubjectPublicKeyInfo, DER). It identifies a server's key, and clients pin it.
+/// SHA-256 of a public key (SubjectPublicKeyInfo, DER). Clients identify a server by this value (key pinning).
 using KeyId = std::array<std::byte, 32>;
 
 /// Overwrites memory with zeros in a way that the compiler cannot optimise away.
 void wipe(std::span<std::byte> bytes) noexcept;
-/// Compares two byte strings in constant time: the duration does not depend on the position of the first difference.
+/// Compares two byte strings. The duration does not depend on the position of the first difference, so an attacker
+/// learns nothing from it.
 bool is_equal(std::span<const std::byte> a, std::span<const std::byte> b) noexcept;
 /// Fills `bytes` with random bytes for cryptographic use.
 /// Fails   std::runtime_error: the operating system supplies no random bytes

@@ -15,14 +15,14 @@ namespace {
 
 constexpr const char* kSuites = "TLS_AES_256_GCM_SHA384:TLS_CHACHA20_POLY1305_SHA256";
 constexpr const char* kSuitesWithoutAes = "TLS_CHACHA20_POLY1305_SHA256:TLS_AES_256_GCM_SHA384";
-/// Permitted groups of the key exchange. With larger groups, a few hundred bytes from an unauthenticated peer could
-/// cost the server up to a tenth of a second.
+/// Permitted groups of the key exchange. Larger groups are excluded, because a few hundred bytes from an
+/// unauthenticated peer could then cost the server up to a tenth of a second.
 constexpr std::array<int, 2> kGroups{NID_X25519, NID_X9_62_prime256v1};
 /// Maximum number of key updates that a peer may request. A session needs none, and each update costs a key derivation
 /// for only a few received bytes.
 constexpr std::uintptr_t kMaxKeyUpdates = 32;
-/// Number of bytes passed to OpenSSL between two checks of the number of key updates; each update has at least 22
-/// bytes.
+/// Number of bytes passed to OpenSSL between two checks of the number of key updates. A key update has at least 22
+/// bytes, so at most 23 updates are processed between two checks.
 constexpr std::size_t kReceivedAtOnce = 512;
 
 bool has_fast_aes() {
@@ -38,8 +38,8 @@ std::string alpn_list() {
   return static_cast<char>(kAlpn.size()) + std::string(kAlpn);
 }
 
-/// Returns the number of key updates of a connection. It is stored in the SSL object, because the address of a
-/// TlsStream changes when the stream is moved.
+/// Returns the number of key updates of a connection so far. The number is stored in the SSL object and not in the
+/// TlsStream, whose address changes when it is moved.
 std::uintptr_t key_updates_of(const SSL* connection) {
   return reinterpret_cast<std::uintptr_t>(SSL_get_app_data(connection));
 }
@@ -80,8 +80,8 @@ int choose_alpn(SSL*, const unsigned char** chosen, unsigned char* size, const u
   return result == OPENSSL_NPN_NEGOTIATED ? SSL_TLSEXT_ERR_OK : SSL_TLSEXT_ERR_ALERT_FATAL;
 }
 
-/// Replaces all checks of a certificate by OpenSSL: only its key is compared with the pinned key; all other fields are
-/// ignored.
+/// Verification callback for OpenSSL that replaces its own checks of a certificate. Only the key of the certificate is
+/// compared with the pinned key; all other fields are ignored.
 int check_pin(X509_STORE_CTX* store, void* trust) {
   const X509* const certificate = X509_STORE_CTX_get0_cert(store);
   KeyId id{};
@@ -183,7 +183,7 @@ bool TlsStream::start(Bytes& to_peer) {
   return is_good;
 }
 
-/// Advances the handshake. Returns false only if it failed; true may mean that it needs more data from the peer.
+/// Advances the handshake. Returns false if the handshake has failed, and true if it is complete or needs more data.
 bool TlsStream::shake_hands() {
   ERR_clear_error();
   const int result = SSL_do_handshake(ssl_.get());
@@ -248,7 +248,7 @@ bool TlsStream::read(Bytes& plain) {
     const int size = SSL_read(ssl_.get(), piece.data(), static_cast<int>(piece.size()));
     if (size <= 0) {
       const int error = SSL_get_error(ssl_.get(), size);
-      // A close message of the peer is no error. The transport then detects the end of the socket.
+      // A close message of the peer is no error. The transport then detects that the socket has ended.
       is_good = error == SSL_ERROR_WANT_READ || error == SSL_ERROR_ZERO_RETURN || fail();
       break;
     }

@@ -25,11 +25,11 @@ namespace tandem::secure {
 
 inline constexpr std::string_view kAlpn = "tandem/2";
 
-/// Cipher of the datagrams that accompany a TLS connection. It is the cipher that TLS negotiated.
+/// Cipher of the datagrams that accompany a TLS connection: the one that was negotiated for the TLS connection.
 enum class Aead : std::uint8_t { kAes256Gcm, kChaCha20Poly1305 };
 
-/// Key material of 32 bytes exported from a TLS connection (RFC 8446 §7.5). It is secret to the two ends of the
-/// connection.
+/// Key material of 32 bytes exported from a TLS connection (RFC 8446 §7.5). Both ends of the connection obtain the same
+/// bytes, and nobody else can compute them.
 struct Exported {
   Aead aead = Aead::kAes256Gcm;
   Secret secret;
@@ -38,8 +38,8 @@ struct Exported {
 inline constexpr std::string_view kDatagramExport = "EXPORTER-tandem-datagram-v1";
 inline constexpr std::string_view kResumeExport = "EXPORTER-tandem-resume-v1";
 
-/// How a client authenticates its server: by the key `pin` if set, otherwise by a certificate for `host` that an
-/// authority in `ca_file` issued.
+/// Method by which a client authenticates its server. If `pin` is set, the server must have this key. Otherwise it
+/// needs a certificate for `host` that an authority in `ca_file` issued.
 struct Trust {
   std::optional<KeyId> pin{};
   std::filesystem::path ca_file{};
@@ -65,7 +65,7 @@ class TlsContext {
  private:
   TlsContext() = default;
   std::shared_ptr<ssl_ctx_st> context_;
-  std::shared_ptr<const Trust> trust_;  ///< null at a server; OpenSSL stores its address, so it must not move
+  std::shared_ptr<const Trust> trust_;  ///< null at a server. OpenSSL stores the pointer, so the object must not move
 };
 
 /// TLS state of one connection. Input from a peer never causes an exception or an assertion failure.
@@ -80,13 +80,13 @@ class TlsStream {
   bool is_plain() const { return ssl_ == nullptr; }
   /// Returns whether the handshake is complete, so that bytes of the application pass.
   bool is_established() const { return is_established_; }
-  /// Returns whether this end has produced any bytes for the peer. At a server this means that it has replied to a
-  /// complete ClientHello, which usually costs a signature.
+  /// Returns whether this end has produced bytes for the peer. A server does so after a complete ClientHello; the reply
+  /// usually costs a signature, so the server limits the rate of replies.
   bool has_answered() const { return has_answered_; }
   /// Begins the handshake at a client; does nothing at a server.
   bool start(Bytes& to_peer);
-  /// Processes bytes from the peer. Appends decrypted bytes to `plain`, and replies to the peer to `to_peer`.
-  /// Out     false if this connection has failed, see problem(); `to_peer` then ends with the alert for the peer
+  /// Processes bytes from the peer. Appends decrypted bytes to `plain`, and protocol replies for the peer to `to_peer`.
+  /// Out     false: the connection has failed, see problem(); `to_peer` then ends with the TLS alert for the peer
   bool receive(std::span<const std::byte> from_peer, Bytes& plain, Bytes& to_peer);
   /// Encrypts bytes for the peer. Discards them if the connection is not established yet.
   void send(std::span<const std::byte> plain, Bytes& to_peer);

@@ -9,8 +9,8 @@
 namespace tandem::eeg {
 namespace {
 
-/// Returns the samples without their mean, multiplied by a Hann window. The window limits spectral leakage when the
-/// power at single frequencies is estimated.
+/// Returns the samples without their mean, multiplied by a Hann window. The window is needed to estimate the power at a
+/// single frequency, because it reduces the leakage from other frequencies.
 std::vector<double> tapered(std::span<const double> x) {
   const auto count = static_cast<double>(x.size());
   double mean = 0;
@@ -33,8 +33,8 @@ double power_at(std::span<const double> x, double cycles_per_sample) {
   return std::norm(sum);
 }
 
-/// Returns the fraction of the total power within 1 Hz of a frequency. The sum runs over bins of the discrete Fourier
-/// transform; the total power is computed in the time domain (Parseval's theorem).
+/// Returns the fraction of the signal's power that lies within 1 Hz of a frequency. The numerator is a sum over bins of
+/// the discrete Fourier transform. The denominator is the sum of squares of the samples (Parseval's theorem).
 double share_near(std::span<const double> tapered_uv, double frequency_hz, double rate_hz) {
   const auto count = static_cast<double>(tapered_uv.size());
   double total = 0, near = 0;

@@ -36,8 +36,8 @@ struct ArtefactLimits {
 /// Returns the artefact flags of one window of one channel, as bits of Artefact.
 ///
 /// In      raw_uv       unfiltered samples; a lost sample is NaN
-///         filtered_uv  the same window, filtered
-///         range        range of the converter, if it is known
+///         filtered_uv  the samples of the same window after the band-pass filter
+///         range        input range of the converter; empty: unknown, so kClipped is not set
 std::uint8_t artefacts_in(std::span<const double> raw_uv, std::span<const double> filtered_uv, double rate_hz,
                           const std::optional<ConverterRange>& range, const ArtefactLimits& limits);
 

@@ -42,8 +42,9 @@ BandPass::BandPass(double low_hz, double high_hz, double rate_hz) : rate_hz_(rat
   const double low = std::tan(std::numbers::pi * low_hz / rate_hz);
   const double high = std::tan(std::numbers::pi * high_hz / rate_hz);
   const double width = high - low, centre_squared = low * high;
-  // Low-pass to band-pass transformation: each pole p of the prototype becomes the two roots s of
-  // s² - p·width·s + centre² = 0. Only poles with a positive imaginary part are computed; the rest are conjugates.
+  // Low-pass to band-pass transformation: each pole p of the low-pass prototype becomes two poles s of the band-pass
+  // filter, the roots of s² − p·width·s + centre² = 0. Only poles with a positive imaginary part are computed, because
+  // the rest are their conjugates, which section_of() adds.
   std::size_t next = 0;
   for (int k = 0; k < kPrototypeOrder / 2; ++k) {
     const double angle = std::numbers::pi * (2 * k + 1 + kPrototypeOrder) / (2 * kPrototypeOrder);
@@ -51,7 +52,7 @@ BandPass::BandPass(double low_hz, double high_hz, double rate_hz) : rate_hz_(rat
     const Complex root = std::sqrt(half * half - centre_squared);
     for (const Complex s : {half + root, half - root}) sections_[next++] = section_of((1.0 + s) / (1.0 - s));
   }
-  // Each section is scaled to gain 1 at the centre of the band, so that the whole filter has gain 1 there.
+  // Each section is scaled to gain 1 at the centre of the band. The whole filter then has gain 1 at this frequency.
   const Complex z_inverse = std::polar(1.0, -2 * std::atan(std::sqrt(centre_squared)));
   for (FilterSection& section : sections_) section.b0 /= std::abs(response_of(section, z_inverse));
 }

@@ -30,7 +30,7 @@ class BandPass {
   /// Fails   std::invalid_argument: not 0 < low_hz < high_hz < rate_hz / 2; the message names the values
   BandPass(double low_hz, double high_hz, double rate_hz);
 
-  /// Filters the next sample. The value of the first sample is subtracted from all samples, so that a constant offset
+  /// Filters the next sample. The first sample is subtracted from all samples, so that a constant offset of the signal
   /// causes no transient at the start.
   double step(double x);
   std::complex<double> response(double frequency_hz) const;

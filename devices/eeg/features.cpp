@@ -14,7 +14,7 @@ double mean_difference(std::span<const double> x, std::size_t lag) {
   return sum / static_cast<double>(x.size() - lag);
 }
 
-/// Returns L(k) of Higuchi's method: the mean length of the curves that consist of every k-th sample.
+/// Returns L(k) of Higuchi's method: the mean length of the k curves that each connect every k-th sample.
 double curve_length(std::span<const double> x, std::size_t k) {
   double length = 0;
   for (std::size_t m = 0; m < k; ++m) {
@@ -36,8 +36,8 @@ std::array<double, 6> picard_features(std::span<const double> x) {
   for (const double value : x) squares += (value - mean) * (value - mean);
   const double deviation = x.size() > 1 ? std::sqrt(squares / (count - 1)) : 0;
   const double first = mean_difference(x, 1), second = mean_difference(x, 2);
-  // The deviation of a constant signal may differ from 0 by rounding of the mean. Dividing by it would give large
-  // features, so a constant signal is detected by its differences.
+  // The deviation of a constant signal may differ from 0 by rounding errors, and dividing by it would give large
+  // features. A constant signal is therefore detected by its differences, which are exactly 0.
   const bool is_constant = first == 0 && second == 0;
   const double scale = is_constant || deviation == 0 ? 0 : 1 / deviation;
   return {mean, is_constant ? 0 : deviation, first, first * scale, second, second * scale};

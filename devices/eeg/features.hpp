@@ -39,7 +39,7 @@ inline constexpr std::size_t kHiguchiMax = 10;
 ///          The dimension is the slope of ln L(k) against ln(1/k) for k = 1 … k_max, by least squares.
 /// Source   Higuchi, "Approach to an irregular time series on the basis of the fractal theory", Physica D 31, 1988
 /// In       x  at least 2 k_max samples
-/// Out      1 for a constant signal, whose graph is a line
+/// Out     dimension, about 1 to 2; exactly 1 for a constant signal, whose graph is a straight line
 double higuchi_dimension(std::span<const double> x, std::size_t k_max = kHiguchiMax);
 
 /// Returns all features, in the order of kFeatureNames.

@@ -50,7 +50,7 @@ bool WindowReader::append(std::span<const double> frame_uv) {
       channel.raw_uv.erase(channel.raw_uv.begin(), channel.raw_uv.begin() + kept);
       channel.filtered_uv.erase(channel.filtered_uv.begin(), channel.filtered_uv.begin() + kept);
     }
-    // The state of the filter must stay finite, so a lost sample (NaN) is replaced by the last valid one.
+    // A NaN would make the state of the filter NaN forever. A lost sample is therefore replaced by the last valid one.
     if (std::isfinite(frame_uv[i])) channel.last_uv = frame_uv[i];
     channel.raw_uv.push_back(frame_uv[i]);
     channel.filtered_uv.push_back(channel.filter.step(channel.last_uv));

@@ -40,9 +40,11 @@ class WindowReader {
   /// Fails   std::invalid_argument: the settings are not possible at the rate of the stream
   WindowReader(StreamFormat format, WindowSettings settings);
 
-  /// Accepts one sample of each channel [µV], NaN for a lost one. Returns true if this completes a window.
+  /// Accepts one sample of each channel [µV]; a lost sample is NaN. Returns whether a window is complete with this
+  /// sample.
   bool append(std::span<const double> frame_uv);
-  /// Begins a new window with the next sample. The filter keeps its state.
+  /// Discards the samples of the incomplete window, so that a new window begins with the next sample. The filter keeps
+  /// its state.
   void restart();
   /// Returns the complete window. The last append() must have returned true.
   Window window() const;

@@ -125,7 +125,7 @@ bool FalconDriver::set_line(std::uint16_t baud, std::uint16_t latency_ms) {
          port_->control(FtdiRequest::kBaud, baud);
 }
 
-// The buffers are purged after the change of the baud rate too, because bytes received during the change are noise.
+// The buffers are purged again after the change of the baud rate, because bytes received during the change are noise.
 void FalconDriver::begin_probing() {
   phase_ = Phase::kProbing;
   tries_ = 0;
@@ -149,7 +149,7 @@ void FalconDriver::probe(LocalTime now) {
   if (!port_) return lose(now, kUnplugged);
   if (++tries_ < kMaxProbes) return;
   if (!settings_.firmware.empty()) return begin_loader();
-  phase_ = Phase::kClosed;  // the port is kept open for the next attempt
+  phase_ = Phase::kClosed;  // begins again at the next attempt, with the port still open
   absence_.set_reason(kNoFirmware);
 }
 
@@ -172,7 +172,7 @@ void FalconDriver::greet_loader(LocalTime now) {
   const int length = port_->read(bytes_, kLoaderWait);
   if (length < 0) return lose(now, kUnplugged);
   const std::span read = std::span(bytes_).first(static_cast<std::size_t>(length));
-  // A zero byte may precede the loader's reply, so only the end of the received bytes is compared.
+  // A zero byte may precede the reply of the loader. Therefore only the last received bytes are compared.
   if (read.size() < kGreetingBack.size() || !std::ranges::equal(read.last(kGreetingBack.size()), kGreetingBack)) {
     if (++tries_ >= kMaxGreetings) fail(now, kLoadAgain);
     return;
@@ -229,8 +229,8 @@ bool FalconDriver::exchange(const FalconCounts& motors, std::uint8_t lights_and_
     return false;
   }
   const bool has_reply = receive(reply);
-  // The reply may belong to an earlier packet. So zero counts as delivered only when its own transfer is complete as
-  // well.
+  // The reply may answer an earlier packet, so it does not prove that the zero has arrived. The zero counts as
+  // delivered only if its transfer is complete, too.
   if (has_reply && motors.isZero() && port_->is_written()) may_be_on_ = false;
   return has_reply;
 }
@@ -239,7 +239,8 @@ bool FalconDriver::receive(FalconReply& reply) {
   const LocalTime end = SteadyClock().now() + 2 * kReplyWait;
   bool has_reply = false;
   int length = port_->read(bytes_, kReplyWait);
-  // If several packets have arrived, the newest one is used. An incomplete last packet is completed by the next read.
+  // If several packets have arrived, the newest one is used. An incomplete packet at the end is completed by the next
+  // read.
   for (; length > 0; length = port_->read(bytes_, has_reply ? Duration{0} : kReplyWait)) {
     for (const std::uint8_t byte : std::span(bytes_).first(static_cast<std::size_t>(length))) {
       if (const auto one = parser_.parse(byte)) {
@@ -247,7 +248,7 @@ bool FalconDriver::receive(FalconReply& reply) {
         has_reply = true;
       }
     }
-    // The time limit is needed for a stream without valid packets, which would otherwise delay the next command.
+    // A stream of bytes without valid packets would otherwise keep this loop running and delay the next command.
     if (has_reply || SteadyClock().now() >= end) return has_reply;
   }
   if (length < 0) port_.reset();
@@ -274,8 +275,8 @@ DeviceSample FalconDriver::run(LocalTime now, const Wrench& wrench_on_hand_D) {
     lose(now, kSilent);
     return absence_.sample(now);
   }
-  // Without a reply, the last sample is repeated with its original time stamp. If replies remain missing, the sample
-  // becomes too old, which DeviceReader treats as a fault.
+  // Without a reply, the last sample is returned again with its old time stamp. If replies remain missing, the age of
+  // this sample exceeds the limit of DeviceReader, which then reports a fault.
   return is_homed_ && !is_in_ ? last_ : homing_sample(now);
 }
 

@@ -6,8 +6,8 @@
 //     │      loader (10 times: 0A 43 0D until 0A 44 2C 0D) ─▶ upload (each byte is echoed) ─▶ probing
 //     └── the line fails, or 100 ms without a reply ── from any state
 //
-// After a failure the driver restarts from the loader: ten times with pauses that double from 0.1 s to 2 s, then every
-// 5 s.
+// After a failure the driver tries again from the loader phase: ten times after pauses that double from 0.1 s to 2 s,
+// then every 5 s.
 #pragma once
 
 #include <array>
@@ -29,11 +29,11 @@ struct FalconSettings {
   double motor_counts_per_n_m = 3000;  ///< see DeviceOptions
 };
 
-/// Detects frozen encoders: no count changes within 3 s at a force of 1 N or more. This cannot happen with a hand at
-/// the device, whose tremor exceeds one count.
+/// Detects frozen encoders: all counts are unchanged for 3 s at a force of 1 N or more. With a hand at the device this
+/// cannot happen, because the tremor of a hand exceeds one count.
 class EncoderWatch {
  public:
-  /// Restarts the time of 3 s. Called at the first reply of the device.
+  /// Begins the detection, at the first reply of the device: the counts may now be unchanged for 3 s.
   void start(LocalTime now) noexcept {
     changed_ = now;
     are_frozen_ = false;
@@ -51,9 +51,10 @@ class EncoderWatch {
 /// Driver of one Falcon. Base frame D: x right, y away from the user, z up. The origin of D is 0.125 m in front of the
 /// origin of the device's frame.
 ///
-/// Model   Pose: encoder angles give p_DH by forward kinematics, started from the last position. VelocityEstimator
-///         computes the velocity from steps of DeviceSpec::position_step_m.
-///         Force: it gives torques τ = J⁻ᵀ F and motor counts, which are scaled together to at most ±4095.
+/// Model   Pose: forward kinematics, started from the last position, computes p_DH from the encoder angles.
+///         VelocityEstimator computes the velocity from positions with the resolution DeviceSpec::position_step_m.
+///         Force: the joint torques are τ = J⁻ᵀ F. They are converted to motor counts; if a count exceeds ±4095, all
+///         three are scaled down together.
 ///         The force is zero in four cases:
 ///         1. An arm is not homed.
 ///         2. The user has not pulled the grip out to z = 0.170 m in the device's frame since homing. A force could
@@ -64,7 +65,7 @@ class EncoderWatch {
 /// Thread  the thread of the device
 class FalconDriver final : public DeviceDriver {
  public:
-  /// In      port  an open port; null: step() opens one, as after unplugging
+  /// In      port  an open port; null: the first step() opens a port, as it does after unplugging
   /// Fails   std::invalid_argument: the motor counts are out of range
   FalconDriver(FalconSettings settings, OpenFalcon open, std::unique_ptr<FalconPort> port);
 
@@ -104,7 +105,7 @@ class FalconDriver final : public DeviceDriver {
   FalconPacketParser parser_;
   std::array<std::uint8_t, 64> bytes_{};
   LocalTime replied_{};
-  DeviceSample last_;  ///< last sample with homed arms
+  DeviceSample last_;  ///< last sample that was received while all arms were homed
   bool is_homed_ = false;
   bool has_homing_begun_ = false;
   bool is_in_ = false;  ///< true: the user has not pulled the grip out since homing, so the device is not ready

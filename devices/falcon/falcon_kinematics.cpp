@@ -20,8 +20,8 @@ constexpr int kMaxCommand = 4095;
 constexpr int kMaxNewtonSteps = 30;
 constexpr double kAngleError_rad = 1e-12;
 constexpr double kMaxNewtonStep_m = 0.03;
-// Minimum of |det J| [rad³/m³]. Normally 1 m of the grip corresponds to about 15 rad of a motor. Below the minimum the
-// legs are almost fully stretched, so J⁻ᵀ is ill-conditioned.
+// Minimum of |det J| [rad³/m³], for J = dθ/dp. Away from singularities, a motor turns by about 15 rad per metre of the
+// grip. Below the minimum the legs are almost fully stretched, so J⁻ᵀ is ill-conditioned.
 constexpr double kMinDeterminant = 1.0;
 
 struct LegAngles {
@@ -84,8 +84,8 @@ std::optional<Vec3> falcon_forward(const Vec3& angles_rad, const Vec3& start_m) 
     const Vec3 error = angles_rad - *angles;
     if (error.cwiseAbs().maxCoeff() < kAngleError_rad) return p;
     Vec3 step = clamped_to_length(j->inverse() * error, kMaxNewtonStep_m);
-    // Near the edge of the workspace, a full Newton step may end outside of it, where there is no inverse. So the step
-    // is halved until it ends inside.
+    // Near the edge of the workspace, a full Newton step may end outside of it, where the inverse kinematics has no
+    // solution. The step is therefore halved until it ends inside.
     for (int halved = 0; halved < 10 && !falcon_inverse(p + step); ++halved) step *= 0.5;
     p += step;
   }

@@ -18,22 +18,24 @@ Vec3 falcon_angles(const FalconCounts& encoders);
 /// Returns the angle θ1 of each leg [rad] for a position p of the grip [m] in the device's frame: x right, y up, z
 /// towards the user.
 ///
-/// Model   Delta robot. In the frame of a leg, which is rotated by φ about z and shifted to its motor, the grip is at
-///         P. The angle of the parallelogram is θ3 = acos((Py + f)/b), with the shin length b and the joint offset f.
-///         With t = tan(θ1/2), the kinematic loop of the leg is closed if l2 t² + l1 t + l0 = 0; falcon_kinematics.cpp
-///         computes l0, l1 and l2
+/// Model   Delta robot. Each leg has a frame that is rotated by φ about z and shifted to the leg's motor; P is the
+///         position of the grip in this frame. Two equations give the angles of a leg:
+///         1. The angle of the parallelogram is θ3 = acos((Py + f)/b), with the shin length b and the joint offset f.
+///         2. With t = tan(θ1/2), the kinematic loop is closed if l2 t² + l1 t + l0 = 0. falcon_kinematics.cpp computes
+///            l0, l1 and l2.
 /// Source  R. E. Stamper, "A three degree of freedom parallel manipulator with only translational degrees of freedom",
 ///         PhD thesis, University of Maryland, 1997; geometry from libnifalcon
 /// Fails   returns nothing: p is out of reach
 std::optional<Vec3> falcon_inverse(const Vec3& p_m);
 
-/// Returns the Jacobian dθ1/dp [rad/m], one row per leg. Central differences of falcon_inverse() deviate from it by
-/// less than 1e-7. The formula in libnifalcon has sin²θ2 in the z column and deviates by 2 to 5.5 rad/m.
+/// Returns the Jacobian dθ1/dp [rad/m], one row per leg. It agrees with central differences of falcon_inverse() to
+/// within 1e-7. The formula in libnifalcon is not used, because its z column has sin²θ2 and is wrong by 2 to 5.5 rad/m.
 /// Fails   returns nothing: p is out of reach
 std::optional<Eigen::Matrix3d> falcon_jacobian(const Vec3& p_m);
 
-/// Returns the position of the grip for motor angles, by Newton's method from `start` with a tolerance of 1e-12 rad.
-/// Fails   returns nothing: there is no such position, or it is not found within 30 steps
+/// Returns the position of the grip for motor angles, by Newton's method from `start`. It ends when all angles agree to
+/// 1e-12 rad.
+/// Fails   returns nothing: no position has these angles, or 30 steps do not find it
 std::optional<Vec3> falcon_forward(const Vec3& angles_rad, const Vec3& start_m = Vec3(0, 0, 0.125));
 
 /// Returns the motor torques about θ1 [N·m] that apply a force [N] to the hand: τ = J⁻ᵀ F, because F·v = τ·θ̇.

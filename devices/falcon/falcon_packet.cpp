@@ -48,7 +48,7 @@ std::optional<FalconReply> read_falcon_packet(std::span<const std::uint8_t, kFal
   const auto second = read_number(bytes.subspan<5, 4>());
   const auto third = read_number(bytes.subspan<9, 4>());
   if (!first || !second || !third) return std::nullopt;
-  // The last byte holds buttons and homed arms, so its value is not limited to a nibble.
+  // The last byte holds the bits of buttons and homed arms. Unlike the number bytes, it is not limited to a nibble.
   return FalconReply{{*first, *second, *third}, static_cast<std::uint8_t>(bytes[kBits] - kZero)};
 }
 

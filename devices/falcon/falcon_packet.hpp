@@ -31,11 +31,11 @@ struct FalconReply {
 /// Decodes the three numbers and the bits of a packet of either direction. Returns nothing if the bytes are no packet.
 std::optional<FalconReply> read_falcon_packet(std::span<const std::uint8_t, kFalconPacketSize> bytes);
 
-/// Finds packets in a byte stream. After an invalid packet it continues at the next `<`, which may lie inside that
-/// packet.
+/// Finds packets in a byte stream. If a packet proves invalid, the search continues at the next `<` after its first
+/// byte, even within the invalid packet.
 class FalconPacketParser {
  public:
-  /// Processes a byte; returns the packet that this byte completes, if any.
+  /// Processes one byte. Returns the content of a packet if this byte completes one, otherwise nothing.
   std::optional<FalconReply> parse(std::uint8_t byte) noexcept;
   void reset() noexcept { length_ = 0; }
   /// Returns the number of bytes that belonged to no packet.

@@ -28,8 +28,8 @@ class FalconPort {
   virtual ~FalconPort() = default;
   /// Executes a vendor request. Returns false if it failed.
   virtual bool control(FtdiRequest request, std::uint16_t value) = 0;
-  /// Waits for the previous transfer, then starts to send at most 64 bytes. Returns false if sending is impossible,
-  /// e.g. because the device is disconnected.
+  /// Waits until the previous transfer has ended, then starts to send at most 64 bytes. Returns false if nothing can be
+  /// sent, e.g. because the device is disconnected.
   virtual bool write(std::span<const std::uint8_t> bytes) = 0;
   /// Returns whether the device has accepted the bytes of the last write().
   virtual bool is_written() const = 0;
@@ -41,9 +41,10 @@ class FalconPort {
 /// Opens the first available device. If there is none, returns null and sets `reason` to cause and remedy.
 using OpenFalcon = std::function<std::unique_ptr<FalconPort>(std::string_view& reason)>;
 
-/// Opens a device through libusb. The watchdog, if given, protects the device until it is closed.
+/// Opens a device through libusb. The watchdog, if it is not null, supervises the device until the device is closed.
 std::unique_ptr<FalconPort> open_falcon_usb_port(std::string_view& reason, Watchdog* watchdog = nullptr);
-/// Returns the zero command of the Falcon that this process has opened, or nothing if none is open.
+/// Returns the command that sets the motors of the opened Falcon to zero, for the watchdog. Returns nothing if this
+/// process has not opened a Falcon.
 std::optional<ZeroCommand> falcon_zero();
 std::vector<FoundDevice> find_falcons();
 

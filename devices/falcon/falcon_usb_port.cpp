@@ -1,5 +1,6 @@
-// USB connection to a Falcon. Two transfers, allocated once, are always pending, so that a reply is received as soon as
-// the bridge has it. The completion of a cancelled transfer is awaited before its memory is freed.
+// USB connection to a Falcon. Two receive transfers are always pending, so that a reply is received as soon as the
+// bridge has it. Transfers are allocated once. The memory of a cancelled transfer is freed only after libusb reports
+// its end.
 #include <libusb-1.0/libusb.h>
 
 #include <algorithm>
@@ -43,8 +44,8 @@ timeval timeval_of(Duration duration) {
   return {us / 1000000, us % 1000000};
 }
 
-/// A libusb context for one port. Ports must not share a context, because one thread could then handle the events for
-/// which a second thread waits.
+/// A libusb context for one port. Ports do not share a context: with a shared one, a thread could handle the events for
+/// which the thread of another port waits.
 using Usb = std::shared_ptr<libusb_context>;
 /// Opens a context. Returns null if USB cannot be used.
 Usb open_usb() {
@@ -145,7 +146,7 @@ FalconUsbPort::~FalconUsbPort() {
   if (watchdog_ != nullptr) watchdog_->release();
   libusb_release_interface(handle_, kInterface);
   libusb_close(handle_);
-  // Closing the device has returned all transfers that libusb still held, so they can be freed.
+  // libusb_close() has ended all transfers, so none is in use any more and all can be freed.
   for (Transfer* one : {in_.data(), &in_[1], &out_}) libusb_free_transfer(one->transfer);
 }
 
@@ -240,8 +241,8 @@ libusb_device_handle* claimed(libusb_device* device, std::string_view& reason) {
   return nullptr;
 }
 
-/// Returns the zero command of a device that this process has opened. The file descriptor is found in /proc, because
-/// libusb does not provide it.
+/// Returns the zero command of a device that this process has opened. It needs the device's file descriptor, which is
+/// looked up in /proc because libusb does not provide it.
 std::optional<ZeroCommand> zero_of(libusb_device* device) {
   const FalconPacket zero = falcon_request(FalconCounts::Zero(), kFalconRed | kFalconHome);
   std::array<char, 32> node{};

@@ -14,8 +14,8 @@ constexpr std::string_view kRefused =
     "its maker's SDK opens it, but refuses its watchdog or its force; start it by its maker's program, then start "
     "again";
 
-/// Watchdog time in units of 125 µs: the largest possible value, about 32 ms. According to the manufacturer, the device
-/// removes its force if it receives no new force within this time.
+/// Time of the watchdog in the device, in units of 125 µs: the largest possible value, about 32 ms. According to the
+/// manufacturer, the device removes its force if it receives no new force within this time.
 constexpr unsigned char kWatchdogUnits = 255;
 
 // Converts a vector from the axes of the SDK to those of D.
@@ -33,7 +33,8 @@ Quat orientation_D(const double (&rows)[3][3]) {
     for (int j = 0; j < 3; ++j) R(i, j) = rows[i][j];
   }
   to_D << 0, 1, 0, -1, 0, 0, 0, 0, 1;
-  // The matrix may have single precision or a calibration error, so the quaternion must be normalised.
+  // `rows` may have single precision or a calibration error, so its product is no exact rotation and the quaternion
+  // must be normalised.
   return Quat(Eigen::Matrix3d(to_D * R * to_D.transpose())).normalized();
 }
 
@@ -48,7 +49,8 @@ DhdFunctions dhd_functions(const std::filesystem::path& library, const std::stri
   dhd.find(found.get_pose, "dhdGetPositionAndOrientationFrame");
   dhd.find(found.set_force, "dhdSetForceAndTorque");
   dhd.find(found.get_button, "dhdGetButton");
-  // available since version 3.3.2; without it, the force would remain when the program is killed
+  // dhdSetWatchdog exists since version 3.3.2 and is required: without it, a force would remain when the program is
+  // killed
   dhd.find(found.set_watchdog, "dhdSetWatchdog");
   dhd.require_all();
   return found;
@@ -61,7 +63,7 @@ ForceDimensionDriver::~ForceDimensionDriver() {
   if (id_ >= 0) close();
 }
 
-/// Closes the device. If the device still responds, its force is first set to zero.
+/// Closes the device. Before, sets its force to zero, which has an effect only if the device still responds.
 void ForceDimensionDriver::close() {
   show({});
   dhd_.enable_force(0, static_cast<char>(id_));

@@ -11,8 +11,8 @@
 
 namespace tandem::devices {
 
-/// The SDK functions in use. A negative result means failure. Units: metres, radians, newtons, newton metres. The last
-/// argument selects the device; −1 is the device that was opened last.
+/// The functions of the SDK that this driver calls. A negative result means failure. Units: metres, radians, newtons,
+/// newton metres. The last argument of each function selects the device; −1 is the device that was opened last.
 struct DhdFunctions {
   int (*open)() = nullptr;
   int (*close)(char) = nullptr;
@@ -26,9 +26,9 @@ struct DhdFunctions {
 /// Fails   std::runtime_error: see VendorLibrary
 DhdFunctions dhd_functions(const std::filesystem::path& library, const std::string& setting = "--library");
 
-/// Driver of one device. Base frame D: x right, y away from the user, z up. In the SDK, x is towards the user, y right,
-/// z up. The first button grabs, the second is the clutch. The manufacturer's program must have initialised the device
-/// (autoinit).
+/// Driver of one device. Base frame D: x right, y away from the user, z up. (In the SDK, x is towards the user, y
+/// right, z up.) The first button is grab, the second clutch. The device must have been initialised with the
+/// manufacturer's program (autoinit).
 ///
 /// Thread  the thread of the device
 class ForceDimensionDriver final : public DeviceDriver {

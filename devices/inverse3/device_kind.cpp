@@ -11,8 +11,8 @@ namespace {
 
 constexpr Duration kProbeTime = std::chrono::milliseconds(300);
 
-/// Waits until a state of the service shows whether the device can be used. Returns that state, or the last one after
-/// kProbeTime.
+/// Waits for a state of the service that shows whether the device can be used. Returns this state, or the last one if
+/// none arrives within kProbeTime.
 DeviceSample probe(Inverse3Driver& driver) {
   const SteadyClock clock;
   const LocalTime end = clock.now() + kProbeTime;

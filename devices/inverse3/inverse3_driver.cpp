@@ -40,8 +40,8 @@ constexpr std::string_view kWatchdogEnded =
 constexpr std::string_view kWatchdogMissing =
     "no watchdog could be started for it (too many processes or open files); end other programs, then start again";
 
-/// Returns a WebSocket text frame from a client, unfragmented: FIN set, 16-bit payload length (126 to 65535 bytes), and
-/// a zero masking key, which leaves the payload unchanged.
+/// Returns a WebSocket text frame from a client: one complete message (FIN set), with a 16-bit payload length (126 to
+/// 65535 bytes). The masking key is zero, so that the payload stays readable.
 std::vector<std::uint8_t> websocket_message(std::string text) {
   constexpr std::size_t kLeast = 126;
   if (text.size() < kLeast) text.resize(kLeast, ' ');
@@ -55,8 +55,8 @@ std::vector<std::uint8_t> websocket_message(std::string text) {
 
 }  // namespace
 
-/// Socket layer for Boost.Beast. Each write contains one complete frame. If there is a watchdog, the frame is passed to
-/// the watchdog instead of being written here.
+/// Socket layer for Boost.Beast. Each write contains one complete frame. Without a watchdog, the frame is written to
+/// the socket; with a watchdog, it is passed to the watchdog, which writes it.
 class ServiceSocket {
  public:
   using executor_type = asio::ip::tcp::socket::executor_type;
@@ -68,7 +68,7 @@ class ServiceSocket {
     error_code ignored;
     socket_.close(ignored);
   }
-  /// Passes all later writes to the watchdog. No write of this socket may be pending when it is called.
+  /// From now on, passes all writes to the watchdog. When it is called, no earlier write may be pending.
   void write_through(Watchdog& watchdog) { watchdog_ = &watchdog; }
   bool is_writing() const { return is_writing_; }
   /// Sets whether the next command contains a force.
@@ -108,8 +108,8 @@ class ServiceSocket {
   bool is_force_on_ = false;
 };
 
-/// Required by Beast, which calls these functions only after a connection has failed. The driver closes connections
-/// without a closing handshake.
+/// Function that Beast requires for a socket layer. Beast calls it only after a connection has failed, because the
+/// driver closes connections without a closing handshake.
 void teardown(beast::role_type, ServiceSocket& socket, error_code& error) {
   socket.close();
   error = {};
@@ -124,8 +124,8 @@ void beast_close_socket(ServiceSocket& socket) {
   socket.close();
 }
 
-/// One connection. Its pending handlers share ownership of it, so an abandoned connection exists until its handlers
-/// have ended.
+/// One connection. The handlers of its pending operations share ownership of it. A connection that the driver has
+/// abandoned therefore exists until its handlers have ended.
 struct Inverse3Driver::Link {
   explicit Link(asio::io_context& io) : stream(io) {}
 
@@ -169,7 +169,7 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
   now_ = now;
   if (!link_) connect(now);
   if (link_ && state_ && !link_->socket().is_writing()) watch_over();
-  // One command is sent for each received state. As an exception, zero is sent at once if the last command had a force.
+  // One command is sent for each received state. Exception: after a command with a force, a zero is sent at once.
   const bool must_release = state_ && !shown_n_.isZero(0) && wrench_on_hand_D.f.isZero(0);
   const bool may_send = link_ && !link_->is_sending && (!watchdog_ || !watched_id_.empty());
   if (may_send && (is_new_ || must_release)) send(wrench_on_hand_D);
@@ -179,8 +179,8 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
   return sample(now);
 }
 
-/// Starts the watchdog for this connection and its device. A change of the device needs a new connection, because a
-/// frame on the current one may be incomplete.
+/// Starts the watchdog for this connection and its device. If the device has changed, a new connection is made, because
+/// a frame on the current one may be incomplete.
 void Inverse3Driver::watch_over() {
   if (!watchdog_) return;
   if (watchdog_->has_ended()) return fail(kWatchdogEnded);
@@ -231,7 +231,7 @@ void Inverse3Driver::receive(std::string_view text) {
   is_new_ = true;
   is_taken_ = is_taken_ || state->cursor_m.has_value();
   if (state_ && !state->cursor_m) state->cursor_m = state_->cursor_m;
-  // After a message without a grip, the last known state of the grip is kept.
+  // If the message does not mention the grip, the last known state of the grip remains valid.
   if (state_ && !state->grip) {
     state->grip = state_->grip;
     state->buttons = state_->buttons;
@@ -257,8 +257,8 @@ void Inverse3Driver::send(const Wrench& wrench_on_hand_D) {
   });
 }
 
-/// Returns whether the device may still apply a force. On a connection with a watchdog, it returns false once the
-/// watchdog has written zero.
+/// Returns whether the device may still apply a force. After the last command became zero, the result is false as soon
+/// as the watchdog reports that this zero is written.
 bool Inverse3Driver::may_be_on() const noexcept {
   const bool is_zero_out = watchdog_ && !watched_id_.empty() && shown_n_.isZero(0) && watchdog_->is_written();
   return may_be_on_ && !is_zero_out;
@@ -274,8 +274,8 @@ void Inverse3Driver::work() {
 }
 
 void Inverse3Driver::fail(std::string_view reason) {
-  // If a connection attempt fails after a loss, the next attempt follows a second later. Until then the reason of the
-  // loss is reported.
+  // If the device was connected, this failure is a new loss with its own reason. Otherwise only the reason is stored,
+  // and the next attempt follows a second later.
   if (has_last_)
     absence_.begin(now_, reason);
   else

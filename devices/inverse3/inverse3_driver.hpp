@@ -1,13 +1,13 @@
 // Driver of a Haply Inverse3. It uses the manufacturer's service on the same machine, by JSON over a WebSocket.
 //
-// The service answers each command with the next state, and sends no state without a command. So the driver sends one
-// command per state, with zero force if there is none to display.
+// The service sends a state only as the answer to a command. The driver therefore sends one command for each received
+// state. The force of this command is zero if there is none to display.
 //
 // A watchdog (devices/watchdog.hpp), which is a separate process, writes zero force when this program is stopped or
-// ends. It is needed because the service may continue to apply the last force; its documentation does not say. Program
-// and watchdog share one connection. From the first command on, the program passes all its frames to the watchdog, and
-// only the watchdog writes to the connection. If both wrote, a program that is killed or stopped during a write could
-// leave a partial WebSocket frame, and the service could not read the zero that follows.
+// ends. It is needed because the service may continue to apply the last force; the documentation of the service does
+// not say. Program and watchdog share one connection. From the first command on, only the watchdog writes to it, and
+// the program passes all its frames to the watchdog. If both wrote, a program that is killed or stopped during a write
+// could leave a partial WebSocket frame. The service could then not read the zero that follows this frame.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -58,14 +58,14 @@ class Inverse3Driver final : public DeviceDriver {
   DeviceSpec spec_;
   boost::asio::ip::tcp::endpoint service_;
   std::shared_ptr<Watchdog> watchdog_;
-  std::string watched_id_;  ///< id of the device whose zero command the watchdog has; empty: none
+  std::string watched_id_;  ///< id of the device that the watchdog supervises; empty: none
   boost::asio::io_context io_;
   std::shared_ptr<Link> link_;  ///< connection to the service; null: not connected
   Absence absence_;
   LocalTime now_{};  ///< time of the current step()
   LocalTime last_received_{};
   Vec3 shown_n_ = Vec3::Zero();  ///< last force sent [N]
-  bool may_be_on_ = false;       ///< true: a force was sent, and no zero was sent completely since then
+  bool may_be_on_ = false;       ///< true: a force was sent, and no zero has been sent completely since
   bool is_new_ = false;          ///< true: no command has been sent since the newest state
   bool is_taken_ = false;        ///< true: the newest state was not yet returned in a sample
   std::optional<Inverse3State> state_;

@@ -10,7 +10,7 @@
 
 namespace tandem::devices {
 
-/// State of the first Inverse3, and of the first grip, that a message contains.
+/// State of the first Inverse3 and of the first grip in a message.
 struct Inverse3State {
   std::string device_id;  ///< id as JSON text: "\"0417\"" or "3"
   std::optional<Vec3> cursor_m;
@@ -19,8 +19,8 @@ struct Inverse3State {
   std::uint32_t buttons = 0;  ///< bits of Button: button a is grab, b and c are clutch
 };
 
-/// Parses a message. Returns nothing if it is not JSON or contains no Inverse3 with an id. Further fields that are
-/// missing or invalid remain empty.
+/// Parses a message. Returns nothing if the text is not JSON or contains no Inverse3 with an id. Other fields are
+/// optional: a missing or invalid one stays empty.
 std::optional<Inverse3State> read_inverse3_state(std::string_view text);
 
 /// Returns the command that sets the force on the hand [N], given in the axes of the service.

@@ -8,7 +8,8 @@
 namespace tandem::devices {
 namespace {
 
-/// Maximum time that one read() simulates, which limits its cost. A longer pause counts as this time.
+/// Maximum time that one read() simulates, which limits the cost of the call. After a longer pause, the rest is
+/// skipped.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(100);
 
 bool is_usable(const PointerTarget& target) {
@@ -68,8 +69,8 @@ void MouseDevice::advance(double dt_s) noexcept {
 }
 
 bool MouseDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
-  // First simulates the hand up to `now` under the previous force, so that the order of read() and write() does not
-  // matter.
+  // Simulates the hand up to `now` under the previous force. The result is then independent of the order of read() and
+  // write() within a tick.
   if (has_started_ && now > last_read_) read(now);
   if (!is_finite(wrench_on_hand_D)) return false;
   on_hand_D_ = wrench_on_hand_D;

@@ -10,8 +10,9 @@
 
 namespace tandem::devices {
 
-/// A simulated hand that follows a pointer. The pointer moves in jumps, 60 times a second, so the intended pose is
-/// smoothed. The force acts on a simulated hand with mass, damping and a spring to the intended pose.
+/// A simulated hand that follows a pointer. The pointer sets a target about 60 times a second. Because the target moves
+/// in jumps, a filter smooths it to the intended pose of the hand. The hand has mass and damping, and a spring pulls it
+/// to the intended pose while the force acts on it.
 ///
 /// Model   ẍ = ω² (target − x) − 2 ω ẋ, and the corresponding equation for rotation
 ///         x  intended pose of HandDynamics; its speed is at most kMaxSpeed_m_per_s
@@ -26,11 +27,11 @@ class MouseDevice final : public Device {
   static constexpr double kReach_m = kPointerReach_m;
 
   /// In      pointer  target set by a window; must not be null
-  ///         rumble   displays the force as a fraction of the device's limit; may be null
+  ///         rumble   game pad that displays the force, as a fraction of the device's force limit; may be null
   MouseDevice(DeviceSpec spec, const HandParameters& hand, std::shared_ptr<Pointer> pointer,
               std::unique_ptr<Rumble> rumble = nullptr);
-  /// Returns the parameters of a hand on a mouse. Its damping ratio is 0.8, more than for a hand in the air, so that
-  /// the displayed hand does not oscillate.
+  /// Returns the parameters of a hand on a mouse. The damping ratio is 0.8, higher than that of a hand in the air, so
+  /// that the displayed hand does not oscillate.
   static HandParameters default_hand();
 
   const DeviceSpec& spec() const noexcept override { return spec_; }

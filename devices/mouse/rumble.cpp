@@ -20,13 +20,13 @@ namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(20);
 constexpr int kPeriodsAPlay = 5, kPeriodsAnOpen = 50;
-// Periods (0.1 s) without a call of show() after which the haptic loop counts as hanging
+// Number of periods (0.1 s in all) without a call of show() after which the haptic loop counts as hanging.
 constexpr int kMaxSilentPeriods = 5;
 constexpr std::uint16_t kLength_ms = 200;
 constexpr double kSmallest = 1.0 / 64;  // minimum change of strength that is sent
 
-/// Opens a game pad. Returns a negative number if it cannot be opened or has no rumble motors; errno then gives the
-/// reason.
+/// Opens a game pad and returns its file descriptor. Returns a negative number if the pad cannot be opened or has no
+/// rumble motors; errno then gives the reason.
 int opened(const std::string& node) {
   const int pad = open(node.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);
   if (pad < 0) return pad;

@@ -9,9 +9,9 @@
 
 namespace tandem::devices {
 
-/// Sends the strength to the game pad at most 50 times a second, on a separate thread, because the pad may be slow. An
-/// effect lasts 0.2 s and is repeated while show() is called. So the rumble ends if the program ends or is stopped, or
-/// if the haptic loop hangs. After unplugging, the pad is opened again.
+/// Sends the strength to the game pad, at most 50 times a second. A separate thread does so, because the pad may be
+/// slow. An effect lasts 0.2 s and is renewed while show() is called. The rumble therefore ends by itself if the
+/// program ends or is stopped, or if the haptic loop hangs. A pad that was unplugged is opened again.
 class Rumble {
  public:
   /// Fails   std::runtime_error: the device file cannot be opened, or the pad has no rumble motors
@@ -21,7 +21,8 @@ class Rumble {
   Rumble(const Rumble&) = delete;
   Rumble& operator=(const Rumble&) = delete;
 
-  /// In      share  strength as a fraction of the maximum, clamped to 0..1; NaN counts as 0
+  /// Sets the strength of the rumble.
+  /// In      share  fraction of the maximum strength, clamped to 0..1; NaN counts as 0
   /// Thread  haptic: one atomic store
   void show(double share) noexcept;
 

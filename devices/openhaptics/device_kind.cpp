@@ -4,7 +4,7 @@
 
 namespace tandem::devices {
 
-// No workspace limits are set, because for some models the position of the workspace relative to the SDK's origin is
+// The spec contains no workspace. For some models, the position of the workspace relative to the origin of the SDK is
 // unknown.
 DeviceKind openhaptics_device() {
   return {"openhaptics", "Touch or Phantom by its maker's OpenHaptics, untested on hardware; --library, --profile",

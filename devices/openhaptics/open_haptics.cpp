@@ -79,7 +79,7 @@ bool OpenHapticsDriver::open(LocalTime now) {
   return true;
 }
 
-/// Closes the device. If the device still responds, its force is first set to zero.
+/// Closes the device. Before, sets its force to zero, which has an effect only if the device still responds.
 void OpenHapticsDriver::close() {
   run(Vec3::Zero());
   hd_.stop_scheduler();

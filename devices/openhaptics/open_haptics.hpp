@@ -23,7 +23,7 @@ struct HdFunctions {
   void (*enable)(unsigned) = nullptr;
   void (*start_scheduler)() = nullptr;
   void (*stop_scheduler)() = nullptr;
-  /// Calls the given function once on the servo thread, and returns after that call.
+  /// Calls the given function once on the SDK's servo thread, and waits until this call has ended.
   void (*schedule)(unsigned (*)(void*), void*, unsigned short) = nullptr;
   void (*begin_frame)(unsigned) = nullptr;
   void (*end_frame)(unsigned) = nullptr;
@@ -36,10 +36,10 @@ struct HdFunctions {
 /// Fails   std::runtime_error: see VendorLibrary
 HdFunctions hd_functions(const std::filesystem::path& library, const std::string& setting = "--library");
 
-/// Driver of one device. Base frame D: x right, y away from the user, z up. The first button grabs, the second is the
+/// Driver of one device. Base frame D: x right, y away from the user, z up. The first button is grab, the second
 /// clutch. Torque is not displayed.
 ///
-/// Thread  the thread of the device. Each step waits for a tick of the SDK's servo thread, which takes a millisecond
+/// Thread  the thread of the device. Each step waits for the next tick of the SDK's servo thread, up to a millisecond
 class OpenHapticsDriver final : public DeviceDriver {
  public:
   OpenHapticsDriver(DeviceSpec spec, const HdFunctions& hd);

@@ -11,15 +11,17 @@ namespace tandem::devices {
 
 /// Follows the recorded motion of a hand with the original timing. The force has no effect on the motion.
 ///
-/// Model   Between two valid samples at most kMaxGap apart, position and twist are interpolated linearly and the
-///         rotation by slerp. Otherwise the earlier sample is held. The buttons are always those of the earlier sample
-/// Limits  after the last sample the device is lost: the hand is at rest and no force is displayed
+/// Model   If two successive samples are valid and at most kMaxGap apart, the state between them is interpolated:
+///         position and twist linearly, the rotation by slerp. Otherwise the earlier sample is held. The buttons are
+///         always those of the earlier sample
+/// Limits  after the last sample, the device is reported as lost, with the hand at rest; no force is displayed
 class ReplayDevice final : public Device {
  public:
   static constexpr Duration kMaxGap = std::chrono::milliseconds(50);
 
-  /// In      samples  at least one; `taken` increases and may have any origin. The `reason` of the last sample, a
-  ///         string literal, states why the recording ends at this sample; empty: the recording is complete
+  /// In      samples  recorded samples, at least one. Their times `taken` must increase and may have any origin. The
+  ///                  `reason` of the last sample (a string literal) states why the recording ends there; empty: the
+  ///                  recording is complete
   ReplayDevice(DeviceSpec spec, std::shared_ptr<const std::vector<DeviceSample>> samples);
 
   const DeviceSpec& spec() const noexcept override { return spec_; }

@@ -15,11 +15,13 @@ constexpr double kMaxPath_s = 86400;
 constexpr double kFarthest_m = 10;
 constexpr std::size_t kMaxPoints = 10000;
 constexpr std::size_t kMaxComponents = 64;
-// Maximum frequency of a multisine that a hand can follow. The device is sampled at 1 kHz.
+// Maximum frequency of a multisine: the limit up to which a hand can follow. It is far below the sampling rate of 1
+// kHz.
 constexpr double kMaxFrequency_hz = 50;
 constexpr double kMaxAmplitude_m = 1;
 
-/// Position and speed of a minimum-jerk movement of unit length at the relative time u = t/T in 0..1.
+/// Position and speed of a minimum-jerk movement of unit length at the relative time u = t/T. T is the duration of the
+/// movement, so u is 0..1.
 ///
 /// Model   s = 10u³ − 15u⁴ + 6u⁵
 /// Source  Flash, Hogan, "The coordination of arm movements: an experimentally confirmed mathematical model", J.
@@ -129,8 +131,8 @@ Sway sway_of(const std::vector<SineComponent>& components, double t_s) {
   return sway;
 }
 
-/// Returns the envelope of the multisine and its time derivative [1/s]. The envelope is 0 at both ends of the multisine
-/// and 1 between the fades.
+/// Returns the envelope w of the multisine, and its time derivative [1/s] as the speed. w rises from 0 to 1 during the
+/// first fade, and falls from 1 to 0 during the last.
 UnitMove envelope_of(const Multisine& multisine, Duration time) {
   const Duration inside = std::min(time - multisine.from, multisine.to - time);
   if (inside >= multisine.fade) return {1, 0};
@@ -140,7 +142,8 @@ UnitMove envelope_of(const Multisine& multisine, Duration time) {
   return {rising.position, (is_ending ? -1 : 1) * rising.speed / fade_s};
 }
 
-// Product rule for the envelope w and the sum of sines s: p = w s and v = w s' + w' s.
+// The multisine is p = w s, with the envelope w and the sum of sines s. By the product rule, its speed is v = w s' + w'
+// s.
 Sway sway_at(const Multisine& multisine, Duration time) {
   if (multisine.components.empty() || time <= multisine.from || time >= multisine.to) return {};
   const Sway full = sway_of(multisine.components, to_seconds(time - multisine.from));

@@ -12,18 +12,18 @@
 
 namespace tandem::devices {
 
-/// A way point: the intended pose is `X_DH` at the time `at`. The hand moves between way points by minimum-jerk
-/// movements, and is at rest at each way point.
+/// A way point: at the time `at`, the hand is at rest at the pose `X_DH`. Between two way points the hand makes a
+/// minimum-jerk movement.
 struct WayPoint {
   Duration at{0};
   Pose X_DH;
   std::uint32_t buttons = 0;  ///< bits of Button that are pressed from this way point on
   /// Name of the phase that begins here, e.g. "approach" or "hold"; "": the previous phase continues
   std::string phase;
-  bool is_relaxed = false;  ///< true: from here on the hand is passive, so its intended pose equals its actual pose
+  bool is_relaxed = false;  ///< true: from here on the hand is passive (its intended pose is its actual pose)
 };
 
-/// One sine component of a multisine: amplitude·sin(2π·frequency·t + phase) along an axis, with the time t since the
+/// One sine component of a multisine: amplitude·sin(2π·frequency·t + phase) along an axis. t is the time since the
 /// beginning of the multisine.
 struct SineComponent {
   Vec3 axis = Vec3::UnitX();  ///< unit vector in D
@@ -32,9 +32,9 @@ struct SineComponent {
   double phase_rad = 0;
 };
 
-/// A sum of sines that is added to the way points between `from` and `to`. It serves for shaking a held body, and for
-/// circles at constant speed. It fades in and out over `fade` by minimum jerk, so that position and velocity are
-/// continuous.
+/// A sum of sines that is added to the positions of the path between the times `from` and `to`. It is used for shaking
+/// a held body, and for circles at constant speed. During the time `fade` at either end, its amplitude changes by
+/// minimum jerk, so that position and velocity are continuous.
 struct Multisine {
   Duration from{0};
   Duration to{0};
@@ -54,7 +54,7 @@ class HandPath {
   Twist twist_at(Duration time) const noexcept;
   std::uint32_t buttons_at(Duration time) const noexcept;
   bool is_relaxed_at(Duration time) const noexcept;
-  /// Returns the index into phases() of the current phase; −1 before the first named phase.
+  /// Returns the current phase as an index into phases(); −1 before the first way point with a phase.
   int phase_at(Duration time) const noexcept;
   const std::vector<std::string>& phases() const { return phases_; }
   const std::vector<WayPoint>& points() const { return points_; }
@@ -62,7 +62,7 @@ class HandPath {
   Duration length() const;
   /// Returns this path delayed by `later`.
   HandPath shifted(Duration later) const;
-  /// Returns this path with its speed multiplied by `factor`, which must be above 0.
+  /// Returns this path with all speeds multiplied by `factor`, which must be above 0.
   HandPath paced(double factor) const;
 
  private:
@@ -75,10 +75,12 @@ class HandPath {
   std::vector<int> phase_of_point_;
 };
 
-/// Reads {"points": [{"t_s": 0, "position_m": [x,y,z], "rotation_xyz_deg": [..], "buttons": ["grab"], "relaxed": false,
-/// "phase": "hold"}]}. An omitted field has the value of the previous point. An optional field beside "points" is
-/// "multisine": {"from_s": 2, "to_s": 6, "fade_s": 0.5, "components": [{"axis": [x,y,z], "frequency_hz": 1,
-/// "amplitude_m": 0.01, "phase_rad": 0}]}.
+/// Parses the JSON text of a path; load_hand_path() reads it from a file. Format:
+///   {"points": [{"t_s": 0, "position_m": [x,y,z], "rotation_xyz_deg": [..], "buttons": ["grab"], "relaxed": false,
+///                "phase": "hold"}],
+///    "multisine": {"from_s": 2, "to_s": 6, "fade_s": 0.5,
+///                  "components": [{"axis": [x,y,z], "frequency_hz": 1, "amplitude_m": 0.01, "phase_rad": 0}]}}
+/// A field that is omitted in a point has the value of the previous point. "multisine" is optional.
 /// Fails   std::invalid_argument: the message names file, field, value and remedy
 HandPath load_hand_path(const std::filesystem::path& file);
 HandPath parse_hand_path(std::string_view json, std::string_view origin);

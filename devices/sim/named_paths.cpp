@@ -26,8 +26,8 @@ HandPath press_down() {
                    point(2.5, {0, 0, -0.05}, "hold"), point(6.5, {0, 0, -0.05}, "retreat"), point(8, Vec3::Zero())});
 }
 
-// Two circles with a radius of 30 mm, 8 s each. Each circle is a polygon with 16 sides, because a minimum-jerk movement
-// stops at every way point.
+// Moves twice around a circle with a radius of 30 mm, in 8 s each. The circle is approximated by a polygon with 16
+// sides, because the minimum-jerk movement of each side needs a way point at its end.
 HandPath circle() {
   constexpr int kSides = 16;
   constexpr double kRadius_m = 0.03;
@@ -43,7 +43,7 @@ HandPath circle() {
 }
 
 // Moves down 40 mm to a body, grabs it, raises the hand by 80 mm, waits, puts the body down and returns. The body rises
-// by less than 80 mm, because its weight stretches the arm and the coupling.
+// by less than 80 mm, because its weight stretches the springs of the arm and of the coupling.
 HandPath grab_and_lift() {
   const Vec3 on_it(0, 0, -0.04);
   const Vec3 lifted(0, 0, 0.04);
@@ -53,8 +53,9 @@ HandPath grab_and_lift() {
                    point(9.4, on_it, "", kButtonGrab), point(9.9, on_it), point(11, Vec3::Zero())});
 }
 
-// Moves from above a body to its side and down beside it. Then pushes the body along x for 80 mm, to 20 mm beyond the
-// initial position of the hand. `sign` is the direction of the push, opposite for two users.
+// Moves from a position above a body to one side of it and down. Then moves 80 mm along x against the body, and pushes
+// it to 20 mm beyond the initial position of the hand. `sign` is the direction of the push; two users push in opposite
+// directions.
 HandPath push(double sign) {
   const Vec3 aside(-sign * 0.06, 0, 0);
   const Vec3 beside(-sign * 0.06, 0, -0.065);
@@ -64,9 +65,9 @@ HandPath push(double sign) {
                    point(10, aside), point(11, Vec3::Zero())});
 }
 
-// For the scene peg_in_hole: two users hold one peg at its near side (`side` = −1, at −y) and its far side (+1). They
-// carry it 100 mm to a position above the hole and lower it to the bottom of the hole (70 mm). Each user then presses
-// 15 mm downwards and pulls 10 mm to their own side.
+// For the scene peg_in_hole: two users carry one peg, which they hold at its near side (`side` = −1, at −y) and its far
+// side (`side` = +1). They move it 100 mm to a position above the hole, and lower it 70 mm to the bottom. Then each
+// user presses 15 mm downwards and pulls 10 mm towards the own side.
 HandPath peg(double side) {
   const Vec3 over_hole(0.1, 0, 0);
   const Vec3 in_hole(0.1, 0, -0.07);
@@ -83,9 +84,9 @@ HandPath dock(double sign) {
                    point(9, there, "retreat"), point(10, Vec3::Zero())});
 }
 
-// Components of a multisine with a period of 4 s. Amplitudes are inversely proportional to the frequency, so that all
-// components have equal speed. The phases decrease quadratically (Schroeder phases for a flat spectrum), which keeps
-// the peaks low.
+// Returns the components of a multisine with a period of 4 s. Amplitudes are inversely proportional to the frequency,
+// so that all components have the same speed. The phases decrease quadratically (Schroeder phases), which keeps the
+// peaks of the sum low.
 std::vector<SineComponent> multisine_components(double speed_m_per_s) {
   constexpr std::array kFrequencies_hz = {0.5, 0.75, 1.25, 1.75, 2.5, 3.25, 4.0, 5.0};
   std::vector<SineComponent> components;
@@ -98,8 +99,8 @@ std::vector<SineComponent> multisine_components(double speed_m_per_s) {
   return components;
 }
 
-// Grabs a body 40 mm below the hand and lifts it by 80 mm. Shakes it along x with frequencies of 0.5 to 5 Hz for four
-// periods of 4 s. Holds it still and puts it down. With this movement a user feels the inertia of the body.
+// Lets a user feel the inertia of a body: grabs a body 40 mm below the hand, lifts it by 80 mm, and shakes it along x
+// with frequencies of 0.5 to 5 Hz for four periods of 4 s. Then holds it still and puts it down.
 HandPath shake() {
   const Vec3 on_it(0, 0, -0.04);
   const Vec3 lifted(0, 0, 0.04);

@@ -10,13 +10,14 @@ namespace tandem::devices {
 namespace {
 
 constexpr double kMaxSubStep_s = HandDynamics::kMaxStep_s;
-/// Maximum time that one read() simulates, which limits its cost. A longer pause counts as this time.
+/// Maximum time that one read() simulates, which limits the cost of the call. After a longer pause, the rest is
+/// skipped.
 constexpr Duration kMaxAdvance = std::chrono::seconds(1);
 constexpr double kTick_s = 0.001;
 constexpr double kStop_n_per_m = 5000;
 constexpr double kEye_s = 0.2, kMaxMadeUp_m = 0.01;
-/// Damping ratio of the tremor, which determines its bandwidth. Our choice: about ±1 Hz at 9 Hz, similar to measured
-/// tremor spectra.
+/// Damping ratio of the tremor, which determines its bandwidth. At 9 Hz it gives about ±1 Hz, similar to measured
+/// tremor spectra; our choice.
 constexpr double kTremorDampingRatio = 0.1;
 
 Vec3 rounded_to(const Vec3& a, double step) {
@@ -35,8 +36,8 @@ SimDevice::SimDevice(DeviceSpec spec, const HandParameters& hand, HandPath path,
       hand_motion_(hand, path_.pose_at(Duration(0))) {
   spec_.position_step_m = hand.encoder_step_m;
   spec_.rotation_step_rad = hand.encoder_step_rad;
-  // The initial state is drawn from the stationary distribution, so that the tremor is stationary from the first sample
-  // on.
+  // The initial state is drawn from the stationary distribution of the tremor. Its RMS value is then correct from the
+  // first sample on.
   const double omega = 2 * std::numbers::pi * hand_.tremor_hz;
   const double axis_rms_n = hand_.tremor_rms_n / std::sqrt(3.0);
   for (int i = 0; i < 3; ++i) {
@@ -49,9 +50,8 @@ DeviceSpec SimDevice::default_spec() {
   DeviceSpec spec;
   spec.name = "sim";
   spec.actuated_rotations = 3;
-  // These values are repeated here instead of being read from the profile "sim", so that a program needs no file for
-  // them; a test ensures that both are equal. They are those of an existing desktop device with torque. The torque is
-  // that of its weakest axis.
+  // Equal to the profile "sim" (checked by a test), but repeated here so that programs need no profile file. The values
+  // are those of an existing desktop device with torque. The torque is that of the device's weakest axis.
   spec.force_maximum_n = {8.5, "Phantom Premium 1.5/6DOF: Hou, PhD thesis, NTU 2014, table A.1"};
   spec.torque_maximum_n_m = {0.17, "Phantom Premium 1.5/6DOF, roll: Hou, PhD thesis, NTU 2014, table A.1"};
   spec.force_limit_n = 7.0;
@@ -96,8 +96,8 @@ void SimDevice::begin_path_at(LocalTime start) noexcept {
 }
 
 bool SimDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
-  // First simulates the hand up to `now` under the previous force, so that the order of read() and write() does not
-  // matter.
+  // Simulates the hand up to `now` under the previous force. The result is then independent of the order of read() and
+  // write() within a tick.
   if (has_started_ && now > last_read_) read(now);
   if (!is_finite(wrench_on_hand_D)) return false;
   force_on_hand_D_ = wrench_on_hand_D;
@@ -119,8 +119,8 @@ void SimDevice::steer(const Vec3& offset_m, double scale) noexcept {
 }
 
 RigidState SimDevice::intended(double dt_s) const noexcept {
-  // A relaxed hand intends its own pose, so its spring exerts no force. HandDynamics evaluates the spring in the middle
-  // of a step, so the pose is extrapolated to that time.
+  // The intended pose of a relaxed hand is its own pose, so its spring exerts no force. It is extrapolated by half a
+  // step, because HandDynamics evaluates the spring in the middle of a step.
   if (path_.is_relaxed_at(place_on_path()))
     return {integrate(hand_motion_.pose(), hand_motion_.twist(), dt_s / 2), Twist{}};
   RigidState aim{path_.pose_at(place_on_path()), path_.twist_at(place_on_path())};
@@ -143,11 +143,11 @@ Vec3 SimDevice::stop_force() const noexcept {
   return kStop_n_per_m * (p.cwiseMin(half).cwiseMax(-half) - p);
 }
 
-// The tremor x is white noise w filtered by a resonator, ẍ + 2ζω ẋ + ω² x = w, with
-// - ω the angular frequency of the tremor,
-// - ζ the damping ratio,
-// - S the spectral density of w: ⟨w w'⟩ = S δ.
-// The variance of x is then S / (4ζω³).
+// The tremor x is white noise w filtered by a resonator: ẍ + 2ζω ẋ + ω² x = w.
+// - ω: angular frequency of the tremor
+// - ζ: damping ratio
+// - S: spectral density of w, defined by ⟨w w'⟩ = S δ
+// The variance of x is S / (4ζω³). S is chosen so that the RMS value is the given one.
 Vec3 SimDevice::tremor_force(double dt_s) noexcept {
   if (hand_.tremor_rms_n <= 0) return Vec3::Zero();
   const double omega = 2 * std::numbers::pi * hand_.tremor_hz;

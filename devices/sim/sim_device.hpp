@@ -12,7 +12,7 @@
 
 namespace tandem::devices {
 
-/// Simulates a hand with HandParameters on a device that is always ready. read(now) simulates the hand up to `now`
+/// Simulates a hand with HandParameters on a device that is always ready. read(now) advances the simulation to `now`
 /// under the last written force. If DeviceSpec::workspace_m is set, mechanical stops limit the motion.
 class SimDevice final : public Device {
  public:
@@ -27,11 +27,12 @@ class SimDevice final : public Device {
   DeviceSample read(LocalTime now) noexcept override;
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
 
-  /// Simulates a user who watches an object that moves with the hand, and guides the object along the path. Must be
-  /// called once per tick. The intended position is path / scale − offset, limited to the device's reach. The user
-  /// corrects the remaining visible error with a time constant of 0.2 s, by at most 10 mm.
+  /// Simulates a user who watches an object that moves with the hand, and guides this object along the path. Must be
+  /// called once per tick.
+  /// The intended position of the hand is path / scale − offset, limited to the device's workspace. The user sees the
+  /// error that remains, and corrects it with a time constant of 0.2 s, by at most 10 mm.
   void steer(const Vec3& offset_m, double scale) noexcept;
-  /// In      start  time at which the path starts; LocalTime::max(): unknown until a later call sets it
+  /// In      start  start time of the path; LocalTime::max(): not known yet, a later call sets it
   void begin_path_at(LocalTime start) noexcept override;
 
   const HandPath& path() const { return path_; }
@@ -46,7 +47,7 @@ class SimDevice final : public Device {
   RigidState intended(double dt_s) const noexcept;
   Vec3 stop_force() const noexcept;
   Duration path_time_at(LocalTime time) const noexcept { return time - started_; }
-  /// Returns the time at which the path is evaluated: 0 before the path has started.
+  /// Returns the time for which the path is evaluated: path_time_, but 0 before the path has started.
   Duration place_on_path() const noexcept { return std::max(path_time_, Duration(0)); }
   Vec3 tremor_force(double dt_s) noexcept;
   Twist reported_twist(LocalTime now, const Pose& reported) noexcept;

@@ -1,4 +1,4 @@
-// A simulated device that writes its commands to a file or pipe, too, and has a watchdog like a real device.
+// A simulated device with a watchdog like a real device. It also writes its commands to a file or pipe, for tests.
 #pragma once
 
 #include <filesystem>
@@ -10,13 +10,13 @@
 
 namespace tandem::devices {
 
-/// Makes motor commands, including those of the watchdog, observable without hardware. A command consists of three
-/// doubles in native format: the force on the hand [N]. A command is shorter than PIPE_BUF, so it is written at once
-/// and as a whole. If the write fails, the command is lost, and the motors keep the previous command.
+/// Makes the motor commands of a simulated device observable, including those of the watchdog. A command consists of
+/// three doubles in native format: the force on the hand [N]. It is shorter than PIPE_BUF, so each write is atomic. If
+/// a write fails, its command is lost, and the previous command remains in effect.
 class ToldMotors final : public Device {
  public:
   /// In      file     a pipe with a reader, or a file to which commands are appended
-  ///         setting  how messages name the setting that gives the file
+  ///         setting  name of the setting that gives the file, for error messages
   /// Fails   std::runtime_error: the file cannot be written; see also Watchdog
   ToldMotors(std::unique_ptr<Device> device, const std::filesystem::path& file, int realtime_priority,
              const std::string& setting = "--motors");

@@ -24,7 +24,8 @@ std::unique_ptr<Device> open_space_mouse(const DeviceOptions& options) {
 
 }  // namespace
 
-// The profile "sim" serves only to choose the coupling of the tool, because the device displays no force.
+// The device displays no force. The profile "sim" is given only because the coupling of the tool is chosen by a
+// profile.
 DeviceKind spacemouse_device() {
   return {"spacemouse", "a 3Dconnexion SpaceMouse or SpaceNavigator: six axes, no force", "sim", open_space_mouse,
           find_space_mice};

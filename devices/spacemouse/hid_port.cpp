@@ -1,5 +1,5 @@
-// The hidraw backend of hidapi lists devices from sysfs without opening them. So devices that the user may not open are
-// listed as well.
+// Connection to a SpaceMouse through hidapi. Its hidraw backend lists devices from sysfs without opening them. Devices
+// that the user has no permission to open are therefore listed as well.
 #include "devices/spacemouse/hid_port.hpp"
 
 #include <hidapi/hidapi.h>
@@ -14,8 +14,8 @@
 namespace tandem::devices {
 namespace {
 
-// The two vendor ids of 3Dconnexion devices (the second is Logitech's). Mice and keyboards with these ids are not
-// multi-axis controllers.
+// Vendor ids of 3Dconnexion devices (the second id is Logitech's). Other devices with these ids, such as mice and
+// keyboards, are excluded by their HID usage: they are not multi-axis controllers.
 constexpr std::array<unsigned short, 2> kVendors{0x256f, 0x046d};
 constexpr unsigned short kGenericDesktop = 1, kMultiAxisController = 8;
 

@@ -8,7 +8,7 @@
 namespace tandem::devices {
 namespace {
 
-// Time step of the driver and its filter.
+// Duration of one step of the driver, and time step of its filter.
 constexpr Duration kStep = std::chrono::milliseconds(1);
 constexpr Duration kReleased = std::chrono::milliseconds(150);
 constexpr int kMaxReportsAStep = 16;
@@ -60,7 +60,8 @@ DeviceSample SpaceMouseDriver::step(LocalTime now, const Wrench& /*wrench_on_han
   return sample;
 }
 
-// While the device is absent, the handle keeps its pose; buttons and deflection are reset.
+// Returns a sample of the absent device. The handle keeps its pose; the buttons and the deflection of the cap are
+// reset.
 DeviceSample SpaceMouseDriver::absent(LocalTime now) {
   reports_ = {};
   cap_.setZero();

@@ -1,4 +1,5 @@
-// A SpaceMouse as a device without force. Its cap can be deflected by a few millimetres, which moves a handle.
+// A SpaceMouse as an input device that cannot display forces. Deflecting its cap by a few millimetres moves a virtual
+// handle.
 #pragma once
 
 #include <memory>
@@ -12,21 +13,21 @@ namespace tandem::devices {
 
 /// Quantity that the deflection of the cap controls.
 enum class CapControl : std::uint8_t {
-  kRate,  ///< velocity of the handle: up to 0.15 m/s and 1 rad/s, within ±0.2 m
-  kPose   ///< pose of the handle: up to 0.04 m and 0.5 rad from the centre
+  kRate,  ///< velocity of the handle, up to 0.15 m/s and 1 rad/s; the handle stays within ±0.2 m
+  kPose   ///< pose of the handle, up to 0.04 m and 0.5 rad from its centre pose
 };
 
 /// Driver of a SpaceMouse.
 ///
-/// Model   Reports arrive at 62 to 125 Hz. Their deflection u is filtered, so that the velocity of the handle has no
-///         steps: ẍ = ω² (u − x) − 2ω ẋ. This filter with output x is critically damped, ω = 60 rad/s. It is computed
-///         once per millisecond, exactly for constant u.
-///         A deflected cap sends reports continuously, and a released cap stops sending. If no report arrives for 150
-///         ms, the report of the release was lost, and the deflection is set to zero.
+/// Model   Reports arrive at 62 to 125 Hz, each with the deflection u of the cap. A filter smooths u, so that the
+///         velocity of the handle has no steps: ẍ = ω² (u − x) − 2ω ẋ, with the output x and ω = 60 rad/s (critically
+///         damped). The filter is computed once per millisecond, exactly for constant u.
+///         Lost reports: a deflected cap sends reports continuously, and a released cap stops after a report of zero.
+///         If no report arrives for 150 ms, that report was lost, and the deflection is set to zero.
 /// Thread  the thread of the device
 class SpaceMouseDriver final : public DeviceDriver {
  public:
-  /// In      port  an open port; null: step() opens one, as after unplugging
+  /// In      port  an open port; null: the first step() opens a port, as it does after unplugging
   SpaceMouseDriver(CapControl control, OpenHid open, std::unique_ptr<HidPort> port);
   /// Switches the light of the device off.
   ~SpaceMouseDriver() override;

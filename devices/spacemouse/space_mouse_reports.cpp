@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint8_t kTranslation = 1, kRotation = 2, kButtonsId = 3;
 constexpr std::size_t kSplitLength = 7, kJoinedLength = 13, kMinButtonsLength = 2;
-/// Full deflection in counts, as declared by all models.
+/// Number of counts at full deflection, as all models declare it.
 constexpr double kFull = 350;
 /// Dead zone in counts; our choice.
 constexpr double kRest = 8;

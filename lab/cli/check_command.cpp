@@ -196,8 +196,8 @@ void print(const CheckRun& check, const CheckOptions& options) {
   std::printf("%s\n", verdict_of(check).c_str());
 }
 
-/// Returns the largest stiffness at which every loop of translation is stable with this damping [N/m]. It is at most
-/// kMaxStiffness_n_per_m, and NaN if not even 1 N/m is stable.
+/// Returns the largest stiffness at which the control loop of translation is stable in every checked hand with this
+/// damping [N/m]. It is at most kMaxStiffness_n_per_m. It is NaN if the loop is unstable even at 1 N/m.
 double largest_stable_n_per_m(const CheckRun& check, double damping_n_s_per_m) {
   haptics::CouplingParameters parameters = check.loop->parameters;
   parameters.damping_n_s_per_m = damping_n_s_per_m;
@@ -276,7 +276,8 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, do
   return command.add_option(name, value, help)->check(problem);
 }
 
-/// Adds an option for a coefficient of the coupling. The permitted range is that of scene files.
+/// Adds an option for a coefficient of the coupling. The option permits the same range of values as the corresponding
+/// field of a scene file.
 CLI::Option* add_coefficient(CLI::App& command, const std::string& name, CheckOptions& options,
                              double haptics::CouplingParameters::*value, const std::string& help) {
   const auto* const field = std::ranges::find(proto::kCouplingFields, value, &proto::CouplingField::value);

@@ -1,7 +1,6 @@
 // The subcommands of tandem-lab. Each subcommand has a source file of its own. Each function adds a subcommand to
-// `app`. When the command line is parsed, the chosen subcommand runs and sets `exit_code` (0: success, 1: a checked
-// claim failed). Invalid input throws an exception, and main returns 2. The comment at each function shows the command
-// line.
+// `app`; its comment shows the command line. When the command line is parsed, the chosen subcommand runs and sets
+// `exit_code` (0: success, 1: a checked claim failed). For invalid input it throws an exception, and main returns 2.
 #pragma once
 
 namespace CLI {
@@ -36,8 +35,8 @@ void add_redock_command(CLI::App& app, int& exit_code);
 /// Adds `fit-order SERIES.csv|.traj [--most P] [--fit F] [--values] [--rate Hz] [--time-unit s|ms] [--columns …]
 /// [--json]`.
 void add_fit_order_command(CLI::App& app, int& exit_code);
-/// Adds `report --out FILE --session NAME=DIR …`.
-/// Writes one HTML report and a verdict about the folders of live sessions.
+/// Adds `report --out FILE --session NAME=DIR …`. It checks live sessions, each stored in a folder, and writes one HTML
+/// report about them.
 void add_report_command(CLI::App& app, int& exit_code);
 /// Adds `therapy new|list|add|report|delete [PSEUDONYM] [FILE] [--data DIR] …`.
 void add_therapy_command(CLI::App& app, int& exit_code);

@@ -14,8 +14,8 @@ bool parse_number(std::string_view text, double& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-/// Selects the field model by the rule that a room of the server applies. The rule is defined for molecules centred at
-/// their origins; therefore it is applied to centred copies.
+/// Selects the field model in the same way as a room of the server (server::choose_field()). That function expects
+/// molecules whose centre is at the origin. Therefore it is applied to copies that are moved to the origin.
 void choose_as_a_room(DockingPair& pair) {
   docking::Molecule receptor = pair.receptor, ligand = pair.ligand;
   const Vec3 centre = receptor.centre(), offset = ligand.centre() - centre;

@@ -1,5 +1,5 @@
-// Command-line options that select two structure files and the field model between them. The commands energy and bench
-// docking use them.
+// Command-line options of the commands `energy` and `bench docking`. They select two structure files and the model of
+// the molecular field between them.
 #pragma once
 
 #include <optional>

@@ -31,8 +31,7 @@ namespace {
 namespace json = boost::json;
 namespace fs = std::filesystem;
 
-/// Minimum magnitude of a listed residue's energy. A residue is listed if its Lennard-Jones or its Coulomb energy
-/// reaches it.
+/// A residue is listed if the magnitude of its Lennard-Jones energy or of its Coulomb energy is at least this value.
 constexpr double kMinResidueEnergyKjPerMol = 0.01;
 
 /// Minimum number of atom pairs for which progress is shown. The evaluation of so many pairs takes about 2 s in double
@@ -63,9 +62,10 @@ struct Energies {
   Pose X_AB;
   std::vector<Vec3> on_receptor, on_ligand;
   std::vector<ResidueEnergy> of_receptor, of_ligand;  ///< filled only if requested; largest magnitude first
-  Vec3 centre = Vec3::Zero();              ///< centre of mass of the ligand, in the coordinates of the receptor's file
-  Vec3 torque = Vec3::Zero();              ///< torque about that centre
-  std::vector<docking::CloseAtoms> close;  ///< pairs of atoms that are closer than a non-bonded contact allows
+  Vec3 centre = Vec3::Zero();  ///< centre of mass of the ligand, in the coordinates of the receptor's file
+  Vec3 torque = Vec3::Zero();  ///< torque about that centre
+  /// pairs of atoms that are closer to each other than atoms without a bond can be
+  std::vector<docking::CloseAtoms> close;
   /// energy without cut-off; computed only if there is a cut-off and at most kPairsToCompare pairs
   std::optional<double> all_pairs_kj_per_mol;
 };

@@ -49,7 +49,8 @@ void obey(const std::string& word, LinkProxy& proxy) {
   }
 }
 
-/// Executes one line of input. A single word applies to all links; an address followed by a word applies to that link.
+/// Executes one line of input: a command word, optionally followed by a space and an address of --listen. Without an
+/// address, the command applies to all links.
 void obey_line(const std::string& line, const Proxies& proxies) {
   const std::size_t space = std::min(line.find(' '), line.size());
   const std::string word = line.substr(0, space);

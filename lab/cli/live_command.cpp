@@ -41,9 +41,9 @@ namespace {
 
 namespace json = boost::json;
 
-/// A metric that is compared between a live and a virtual trial. The permitted difference is the larger of a fraction
-/// of the virtual value and an absolute value. Both are our choice. The comparison should detect a component that works
-/// in only one of the two trials, not small deviations.
+/// A metric that is compared between a live and a virtual trial. The permitted difference is the larger of `allowed`
+/// and the fraction kAllowedShare of the virtual value. Both bounds are our choice. They are wide, because the
+/// comparison should detect a component that fails in one of the two trials, not small deviations.
 struct Compared {
   std::string_view metric;
   const char* what;

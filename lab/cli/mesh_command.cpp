@@ -117,8 +117,8 @@ MeshScale scale_of(const MeshOptions& options) {
   return {.scale = options.scale, .largest_size_m = options.largest_size_m, .y_is_up = options.up == "y"};
 }
 
-/// Statistics for each file format: the number of loaded files with triangles, and the reasons for which files were
-/// refused.
+/// Statistics of the files of a folder, by file format: the number of files with triangles that were loaded, and the
+/// reasons why other files were refused.
 struct Tally {
   std::map<std::string, int> loaded;
   std::map<std::string, std::vector<std::string>> refused;

@@ -86,8 +86,8 @@ bool succeeds(const TrialResult& result) {
   return text_in(result.row, "outcome") == "completed";
 }
 
-/// Evaluates the trials. References at zero delay are run only for trials that did not succeed and for trials with
-/// stored time series.
+/// Evaluates the trials. For a trial that did not succeed, and for a trial with stored time series, the reference at
+/// zero delay is run as well.
 std::vector<RandomOutcome> outcomes_of(const std::vector<NumberedTrial>& trials,
                                        const std::vector<TrialResult>& results, const RandomOptions& options) {
   std::vector<RandomOutcome> outcomes;

@@ -47,8 +47,8 @@ std::vector<Session> load_sessions(const std::vector<std::string>& options) {
   return sessions;
 }
 
-/// Returns all checks, the checks of the tasks first: a session whose task was not completed has failed even if it had
-/// no errors.
+/// Returns all checks. The checks of the tasks come first, because they are the most important: a session whose task
+/// was not completed has failed, even if all forces were good.
 std::vector<Check> all_checks(const std::vector<Session>& sessions, const SessionTasks& tasks) {
   for (const auto& [name, task] : tasks) {
     if (std::ranges::find(sessions, name, &Session::name) == sessions.end()) {

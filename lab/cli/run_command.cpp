@@ -149,7 +149,8 @@ void write_results(const std::filesystem::path& folder, std::span<const TrialRes
   write_study_hdf5(folder / "results.h5", results);
 }
 
-/// Prints notes that explain results which the table alone does not.
+/// Prints notes that the table of results does not contain: the reasons why users could not join, and the number of
+/// stored trials of earlier runs, which are not part of these results.
 void print_notes(const std::filesystem::path& folder, std::span<const TrialResult> results) {
   std::set<std::string> here, reasons;
   for (const TrialResult& result : results) {

@@ -97,8 +97,8 @@ int run_add(const TherapyOptions& options) {
   return 0;
 }
 
-/// Checks that the folder of a report is outside of the data folder.
-/// Checks that a report is written outside of the data folder. Otherwise the deletion of a person would not find it.
+/// Checks that a report is written outside of the data folder. A report inside would contain data of a person, and the
+/// deletion of the person would not remove it.
 /// Fails   std::invalid_argument: the report would lie within the data folder
 void require_outside(const fs::path& out, const fs::path& data) {
   const fs::path folder = fs::weakly_canonical(data), report = fs::weakly_canonical(fs::absolute(out));

@@ -18,8 +18,8 @@ namespace {
 
 namespace json = boost::json;
 
-// Maximum duration of a trial, summed over its users [s]. It limits memory: each tick of a user occupies about 0.6 kB
-// until the trial is evaluated and its files are written.
+// Maximum of the product of a trial's duration and its number of users [s]. It limits the memory of a trial to about
+// 0.7 GB: each of 1000 ticks per second and user occupies 0.6 kB until the trial has been evaluated.
 constexpr double kMaxUserSeconds = 1200;
 constexpr double kLongest_s = 600;
 // Largest seed. Programs that read JSON numbers as double precision may round larger ones.

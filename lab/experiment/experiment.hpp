@@ -32,17 +32,23 @@ struct ExperimentUser {
   devices::HandPath hand = devices::named_hand_path("rest");
   devices::HandParameters hand_parameters;  ///< parameters of the user's hand without the device
   devices::DeviceProfile device = devices::find_device_profile("sim");  ///< the device that the hand holds
-  bool is_bounded = false;  ///< whether the device's workspace is limited; if so, the user steers by the displayed tool
-  double motion_scale = 1;  ///< factor on the scene's position scale, see WorkspaceSettings::scale
-  double pace = 1;          ///< speed factor of the hand's path: 2 is twice as fast
-  Pipeline pipeline;        ///< how the client computes the hand's force from the server's states
+  /// true: the device's workspace is limited, and the simulated user corrects the hand's path by watching the displayed
+  /// tool
+  bool is_bounded = false;
+  /// factor by which the user multiplies the scene's position scale (motion of the tool per motion of the hand); see
+  /// WorkspaceSettings::scale
+  double motion_scale = 1;
+  double pace = 1;    ///< speed factor of the hand's path: 2 is twice as fast
+  Pipeline pipeline;  ///< how the client computes the hand's force from the server's states
   bool state_over_tcp = false;
   net::LinkParameters up;
   net::LinkParameters down;
-  Duration tick_phase{0};  ///< phase of the user's 1 kHz loop within the millisecond: a multiple of kSlot
+  /// time by which the ticks of the user's 1 kHz loop are later than whole milliseconds: a multiple of kSlot
+  Duration tick_phase{0};
 };
 
-/// Condition for the success of a trial. In addition, all connections must last until the end.
+/// Condition for the success of a trial: either a body is lifted (`lifted_above_m`, `during`), or it reaches a position
+/// (`ends_at_W`). In addition, all connections must last until the end of the trial.
 struct OutcomeRule {
   std::string body;
   double lifted_above_m = 0;  ///< required height of the body above its start position, during the phase `during`
@@ -59,7 +65,7 @@ struct Experiment {
   boost::json::object scene_changes;  ///< changes to the scene file: maps dotted field names to values
   Duration duration{from_seconds(10)};
   std::uint64_t seed = 1;
-  Duration server_phase{0};                     ///< phase of the room's steps: a multiple of kSlot, like tick_phase
+  Duration server_phase{0};  ///< time by which the room's steps are later than whole milliseconds: a multiple of kSlot
   Duration sample_period{from_seconds(0.010)};  ///< sampling period of the CSV files
   Pipeline pipeline;                            ///< pipeline of users without a pipeline of their own
   net::LinkParameters link;                     ///< each direction of the link, for users without a link of their own
@@ -80,7 +86,8 @@ struct Experiment {
 /// * "fetched-in-turn": like "fetched", but each piece is requested only after the previous piece has arrived.
 std::vector<std::string_view> asset_deliveries();
 
-/// Step of virtual time. With this step, loops with a period of 1 ms have four possible phases relative to each other.
+/// Step of virtual time: a quarter of a haptic period. Two loops of 1 kHz can thus be offset from each other by 0,
+/// 0.25, 0.5 or 0.75 ms.
 inline constexpr Duration kSlot{from_seconds(0.00025)};
 inline constexpr Duration kHapticPeriod{from_seconds(0.001)};
 inline constexpr std::uint64_t kMaxSeeds = 1000;
@@ -106,7 +113,8 @@ Experiment load_experiment(const std::filesystem::path& file);
 
 /// Returns every field with its value in the format of an experiment file. Parsing the result gives the same trial.
 boost::json::object experiment_json(const Experiment& experiment);
-/// Returns one direction of a link in the format of an experiment file. Its `rtt_ms` is twice the delay.
+/// Returns the parameters of one direction of a link in the format of an experiment file. The field `rtt_ms` of this
+/// format is twice the delay of a direction.
 boost::json::object link_json(const net::LinkParameters& link);
 
 /// Finds the file of a scene by its path, relative to `directory`, or by the name of a shipped scene ("peg_in_hole").

@@ -29,17 +29,19 @@ struct Axis {
   std::vector<boost::json::value> values;
 };
 
-/// Parses "link.rtt_ms=0,50,100". Each value is read as JSON, or as text if it is not valid JSON. Commas within
-/// brackets do not separate values.
+/// Parses a quantity with its values, such as "link.rtt_ms=0,50,100". A value is read as JSON if it is valid JSON,
+/// otherwise as text. Commas within brackets belong to a value and do not separate values.
 /// Fails   std::invalid_argument: there is no "=", or one of its sides is empty
 Axis parse_axis(const std::string& text);
 
 /// Splits a dotted name: "a.b" → "a", "b".
 std::vector<std::string> parts_of_name(std::string_view name);
 
-/// Returns the names of all quantities that can be set in an experiment, given its complete document (see
-/// experiment_json()). Names that belong to a user begin with "users.0."; placeholders for fields of the scene file end
-/// in "…".
+/// Returns the names of all quantities that can be set in an experiment.
+/// * Quantities of a single user are listed once, for user 0: "users.0.…".
+/// * Fields of the scene file are not listed one by one; they have placeholders that end in "…".
+///
+/// In      complete  complete document of the experiment; see experiment_json()
 std::vector<std::string> known_quantities(const boost::json::object& complete);
 /// Checks that a quantity exists.
 /// Fails   std::invalid_argument: the name is unknown; the message lists the most similar names and all known names

@@ -1,5 +1,6 @@
-// Random trials of the shipped experiments with contact. Hands, speeds, couplings, links and model errors are random.
-// No parameter of the project was tuned for these conditions, so the trials test whether results generalise.
+// Random trials of the shipped experiments that have contact. Hands, speeds, couplings, links and model errors are
+// random. No parameter of the project was tuned for these conditions. Therefore the trials test whether its results
+// hold under conditions for which it was not developed.
 #pragma once
 
 #include <cstdint>

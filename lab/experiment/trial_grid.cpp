@@ -117,8 +117,8 @@ void apply_request(Block& block, const GridRequest& request) {
   }
 }
 
-/// Adds an axis of consecutive seeds to a block, beginning with the seed of the file or of `--set seed`. A block with
-/// several explicit seeds remains unchanged.
+/// Adds an axis of consecutive seeds to a block. The first one is the seed in the file or in `--set seed`. A block that
+/// already lists several seeds remains unchanged.
 void add_seeds(Block& block, const ExperimentFile& file, const GridRequest& request) {
   JsonFields fields(file.document, file.origin);
   std::uint64_t first = fields.whole_number("seed", 1, 1ULL << 53U);
@@ -177,8 +177,8 @@ void check_names(const Block& block, const json::object& complete, const Experim
   }
 }
 
-/// Parses the document after `settings` were applied. The message of an error names the settings, because the unchanged
-/// file has already been parsed successfully.
+/// Parses a document to which `settings` were applied. An error must be caused by a setting, because the document
+/// without settings was parsed successfully before. Therefore its message names the settings.
 Experiment experiment_with(const json::object& settings, const ExperimentFile& file) {
   try {
     return parse_experiment(file);

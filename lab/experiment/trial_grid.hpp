@@ -28,9 +28,10 @@ struct GridRequest {
 
 /// Expands the grid into trials in a fixed order, without duplicates.
 ///
-/// The blocks come from the field `grid` of the file. Without it two built-in blocks are used. The first runs the
-/// default stage with passivity controller over delays × jitter × loss. The second runs every other stage without
-/// passivity controller at four delays of a perfect link, where further seeds would give the same result.
+/// The blocks are those in the field `grid` of the file. Without this field there are two built-in blocks:
+/// 1. The default stage with passivity controller, with all combinations of delay, jitter and loss.
+/// 2. Every other stage without passivity controller, at four delays of a perfect link. It has a single seed, because a
+///    perfect link is not random.
 /// Fails   std::invalid_argument: a name or value does not exist, or there are more than kMaxTrials trials
 std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request);
 inline constexpr std::size_t kMaxTrials = 20000;

@@ -16,8 +16,8 @@ using ResiduePairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
 constexpr std::array<std::string_view, 4> kAminoAcidBackbone{"N", "CA", "C", "O"};
 constexpr std::array<std::string_view, 6> kNucleotideBackbone{"P", "O5'", "C5'", "C4'", "C3'", "O3'"};
-/// Names of backbone atoms that identify the kind of a residue. The first three identify an amino acid. The last four
-/// identify a nucleotide; the phosphate is not used, because the first residue may lack it.
+/// Names of backbone atoms that identify the kind of a residue: the first three of an amino acid, and the last four of
+/// a nucleotide. The atoms P and O5' are not used, because the first nucleotide of a chain may lack the phosphate.
 constexpr std::span kAminoAcidMarks = std::span(kAminoAcidBackbone).first<3>();
 constexpr std::span kNucleotideMarks = std::span(kNucleotideBackbone).last<4>();
 

@@ -34,7 +34,7 @@ struct HandWork {
   double withheld_j = 0;
 };
 
-/// Contribution of one user to E(t), valid from `time` until the user's next contribution.
+/// Contribution W + T of one user to E(t). It is valid from `time` until the user's next contribution.
 struct Share {
   Duration time{0};
   std::size_t user = 0;
@@ -71,8 +71,8 @@ class GreatestRise {
   double greatest_ = 0;
 };
 
-/// Returns the loop delay of a user in ticks. It is the sum of two means over the trial: the time from a motion of the
-/// hand to the step that uses it, and the time from a step to the hand.
+/// Returns the mean loop delay of a user, rounded to ticks. It is the sum of two means over the trial: the time from a
+/// motion of the hand until the server's step that uses it, and the age of the newest state at a tick.
 std::size_t loop_ticks(const UserTrace& user) {
   if (user.ticks.empty() || user.answered.empty()) return 0;
   double way_s = 0, age_s = 0;

@@ -5,7 +5,8 @@
 
 namespace tandem::lab {
 
-/// An apparent mass with its 95 % confidence interval ± half_width_kg. NaN means that it was not measured.
+/// An apparent mass. Its 95 % confidence interval is mass_kg ± half_width_kg. Both values are NaN if the mass could not
+/// be measured.
 struct FeltMass {
   double mass_kg = 0;
   double half_width_kg = 0;
@@ -22,10 +23,11 @@ inline constexpr const char* kShakePhase = "shake";
 ///         * f_k: mean of the forces held before and after tick k
 ///         * a_k: central difference of the true velocity over the same two periods
 ///         * v_k, x_k: velocity and position of the hand at tick k
-/// Source  ordinary least squares with Newey and West's covariance (Econometrica 55, 1987: "A simple, positive
-///         semi-definite, heteroskedasticity and autocorrelation consistent covariance matrix"), because the samples of
-///         a ringing residual are not independent; lag 0.2 s
-/// Limits  a spring can be distinguished from a mass only if the motion contains a band of frequencies: 0.5–5 Hz
+/// Source  ordinary least squares. The confidence interval uses the covariance estimate of Newey and West (Econometrica
+///         55, 1987: "A simple, positive semi-definite, heteroskedasticity and autocorrelation consistent covariance
+///         matrix") with a lag of 0.2 s, because successive residuals are correlated Limits at a single frequency, a
+///         spring cannot be distinguished from a negative mass. Therefore the motion must contain several frequencies
+///         in the range 0.5–5 Hz
 /// Fails   NaN if the phase is missing or shorter than 2 s, or if the hand hardly moves in it
 FeltMass felt_mass(const UserTrace& user);
 

@@ -19,7 +19,7 @@ inline double displayed_force_n(const TickSample& tick) {
   return tick.displayed_D.f.norm();
 }
 
-/// Time at the start of a hold phase in which the hand still settles. Motion after that time is a limit cycle.
+/// Duration of settling at the start of a hold phase. A hand that still moves after this time is in a limit cycle.
 inline constexpr Duration kSettling{from_seconds(1.0)};
 /// Returns the ticks in which the hand rests at a waypoint, without the first kSettling of each hold phase.
 std::vector<const TickSample*> settled_hold_ticks(const UserTrace& user);

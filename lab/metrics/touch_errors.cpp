@@ -11,16 +11,18 @@
 namespace tandem::lab {
 namespace {
 
-constexpr double kGhostForce_n = 0.2;  ///< a larger force is a ghost force if the reference displays none (kNoForce_n)
-constexpr double kNoForce_n = 0.05;    ///< the reference at zero delay touches nothing if its force is below this value
+/// a force above this value is a ghost force if the reference displays less than kNoForce_n at this time
+constexpr double kGhostForce_n = 0.2;
+constexpr double kNoForce_n = 0.05;  ///< the reference at zero delay touches nothing if its force is below this value
 constexpr double kMinPeakForce_n = 0.5;
 constexpr double kMinPeakTorque_n_m = 0.01;  ///< torque of kMinPeakForce_n at a lever of 2 cm
 constexpr double kMinLoadedTravel_m = 1e-4;
 constexpr double kMinFit = 0.8;  ///< smallest R² of a line whose slope is used
 constexpr double kHapticRate_hz = 1000;
 constexpr double kSoftCorner_hz = 60;
-/// Tolerance of time in the comparison of force steps with the reference. The excess of a force step is its size minus
-/// the largest step of the reference at about that time: within this tolerance plus a round trip.
+/// Time tolerance for the comparison of a force step with the reference. The same step may occur earlier or later in
+/// the reference, by this tolerance plus a round trip. The largest step of the reference in this interval is
+/// subtracted.
 constexpr Duration kSameInstant{from_seconds(0.1)};
 constexpr Duration kReturn = std::chrono::milliseconds(500);
 

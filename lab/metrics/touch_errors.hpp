@@ -8,15 +8,15 @@
 
 namespace tandem::lab {
 
-/// Minimum duration of a long silence, in which the displayed force must decay [ms]. During a silence no state arrives,
-/// or the server confirms no new input.
+/// Minimum duration of a long silence [ms]. A silence is an interval in which no state arrives, or in which the server
+/// confirms no new input. In a long silence the displayed force must decay.
 inline constexpr double kLongSilence_ms = 110;
 
 /// Minimum mean force of a phase in contact [N].
 inline constexpr double kContactForce_n = 0.1;
-/// Returns, for each phase of a hand's path, whether it is in contact: the reference displays a mean force of at least
-/// kContactForce_n. The phases "approach", "move" and "retreat" are excluded. If there is no reference, the trial
-/// itself is used.
+/// Returns, for each phase of a hand's path, whether the hand is in contact: the mean force in this phase is at least
+/// kContactForce_n. The force is that of the reference or, without a reference, of the trial itself. The phases
+/// "approach", "move" and "retreat" never count as contact.
 std::vector<bool> contact_phases(const UserView& view);
 
 // Metrics of one user, defined in the table in trial_metrics.cpp. A metric is NaN if it is undefined or there is no

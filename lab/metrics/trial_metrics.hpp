@@ -42,8 +42,9 @@ struct TrialMetric {
 const std::vector<TrialMetric>& trial_metrics();
 /// Returns the metric with this name. Fails: std::invalid_argument for an unknown name.
 const TrialMetric& trial_metric_called(std::string_view name);
-/// Returns the worst value of a metric over several trials, by the metric's rule for combining users. For a sum it is
-/// the largest value. The result is NaN if there are no values, or if neither large nor small values are worse (kMean).
+/// Returns the worst value of a metric over several trials. The metric's rule for combining users (`combine`) defines
+/// which value is worst: for kLeast the smallest, for kFarthestFromOne the one farthest from 1, for kGreatest and kSum
+/// the largest. The result is NaN for kMean, which has no worst value, or if there are no values.
 double worst_value(const TrialMetric& metric, const std::vector<double>& values);
 
 UserView view_of_user(const TrialView& trial, std::size_t user);

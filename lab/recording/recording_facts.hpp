@@ -8,8 +8,8 @@
 
 namespace tandem::lab {
 
-/// Returns the summary of a recording. `kind` is "room" or "client". `gaps` is the number of steps or ticks missing
-/// between the first and the last.
+/// Returns the summary of a recording as JSON. Its field `kind` is "room" or "client". Its field `gaps` is the number
+/// of steps (room) or ticks (client) that are missing between the first and the last recorded one.
 ///
 /// Out     both    program, files, is_whole, is_damaged, why, begun_utc, duration_s, and the number of messages by
 ///         topic

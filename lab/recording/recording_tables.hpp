@@ -9,7 +9,8 @@
 
 namespace tandem::lab {
 
-/// Returns the tables of a recording by name. The time t_s counts from the first message; unix_s counts from 1970.
+/// Returns the tables of a recording by name. Each has two columns of time: t_s is the time since the first message,
+/// and unix_s the time since 1970.
 ///
 /// Out     room    `steps` (every step), `bodies` and `tools` (every recorded state), `inputs` (each input that a step
 ///         used, with its user and tick)

@@ -39,8 +39,8 @@ class StepFeeder final : public server::RoomWatcher {
   }
 
   void on_command(const RoomCommand& /*command*/) noexcept override {}
-  /// Publishes the inputs of the step. Commands come first, because a user who joins in this step starts with an empty
-  /// mailbox.
+  /// Publishes the recorded inputs of the step. The room calls this function after it has processed the commands: a
+  /// join command empties the mailbox of the user who joins, so an input published earlier would be lost.
   void on_commands_done() noexcept override {
     for (const TakenInput& input : inputs_) room_.input(input.seat).publish(input.update);
   }

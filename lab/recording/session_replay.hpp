@@ -20,7 +20,7 @@ struct ReplayResult {
   std::string differing_thing;  ///< name of the first body or tool of the scene whose state differs after that step
   /// first step that is missing in the recording; the replay ends before it
   std::optional<std::uint64_t> missing_step;
-  bool is_whole = true;  ///< true: each file of the recording ends with its end record
+  bool is_whole = true;  ///< true: every file of the recording is complete, i.e. ends with an end record
   std::string program;   ///< program that wrote the recording
   std::string note;      ///< known reason why recorded and replayed states may differ; empty: none
 };

@@ -1,5 +1,5 @@
-// A claim that is compared with a bound. holds() computes the result from value and bound each time; the result is not
-// stored. Therefore the table, the JSON and the exit code cannot disagree.
+// A claim: a measured value that must satisfy a bound. The result is not stored; holds() computes it from value and
+// bound. Therefore the table, the JSON and the exit code cannot disagree.
 #pragma once
 
 #include <cstdint>
@@ -36,8 +36,8 @@ bool all_hold(std::span<const Check> checks);
 /// value that is not finite is null.
 boost::json::array to_json(std::span<const Check> checks);
 
-/// Prints a table for a terminal. The checks are grouped by scope; each line begins with "ok" or "FAILED", and values
-/// are aligned. After the table, the number of failed checks is printed, and the first failed check as a sentence.
+/// Prints the checks as a table for a terminal, grouped by scope. Each line begins with "ok" or "FAILED". Below the
+/// table it prints the number of failed checks, and the first failed check as a sentence.
 void print_checks(std::ostream& out, std::span<const Check> checks);
 
 }  // namespace tandem::lab

@@ -96,8 +96,8 @@ class CsvParser {
   }
 
   std::string where() const { return "line " + std::to_string(line_); }
-  /// Throws the error with the file name as prefix. The separator is a colon if the error begins with a line number,
-  /// and a space otherwise.
+  /// Throws an error whose text is the file name followed by `what`. They are separated by ": " if `what` begins with a
+  /// line number, and by a space otherwise.
   [[noreturn]] void fail(const std::string& what) const {
     throw std::invalid_argument(table_.origin + (what.starts_with("line ") ? ": " : " ") + what);
   }

@@ -35,7 +35,8 @@ std::string csv_name(std::string text);
 
 /// Parses comma-separated text. An empty field, "nan" and "-nan" give NaN; "inf" gives infinity.
 ///
-/// In      text  names consist of letters, digits and _. Lines end with LF or CRLF. There are no quotes and no comments
+/// In      text  text of a CSV file. Column names consist of letters, digits and _. Lines end with LF or CRLF. Quotes
+///         and comments are not supported
 /// Fails   std::invalid_argument: "bob.csv: line 7, column 3 (force_n) is \"x\"; it must be a number"
 /// Cost    O(bytes)
 CsvTable parse_csv(std::string_view text, const std::string& origin);

@@ -20,8 +20,9 @@ using Polyline = std::vector<Eigen::Vector2d>;
 ///         change
 /// Source  Jugel, Jerzak, Hackenbroich, Markl, "M4: A Visualization-Oriented Time Series Data Aggregation",
 ///         PVLDB 7(10), 2014
-/// In      x  finite, never decreasing. y  same size as x. A sample that is not finite causes a gap, unless the whole
-///         gap lies within one column
+/// In      x  x values of the samples: finite, never decreasing
+///         y  y values, one for each x. A value that is not finite causes a gap in the line, unless the gap is narrower
+///         than a pixel column
 /// Out     lines with at most 4·columns points in total; samples outside x_range are omitted
 /// Fails   std::invalid_argument: the sizes differ, x decreases or is not finite, or `columns` is 0
 /// Cost    O(n)

@@ -129,8 +129,9 @@ std::string verdict_text(std::span<const Check> checks) {
          (failed == 1 ? " checks does not hold." : " checks do not hold.");
 }
 
-/// Placeholder for the folder of the figures in links, because the name of the page is not known while links are
-/// written. No text contains it: escape_html() replaces control characters.
+/// Placeholder in links for the folder of the figures. The folder depends on the name of the page, which is not known
+/// when the links are written. The placeholder cannot occur in the text of the page, because escape_html() replaces
+/// control characters.
 constexpr char kFolderMark = '\x01';
 
 bool is_letter_or_digit(char c) {

@@ -31,7 +31,7 @@ struct Origin {
   std::string command;
   std::string version;
   std::string date;                                ///< date of the run, UTC
-  std::map<std::string, std::string> sha256 = {};  ///< hash of each file with results, by the name of the file
+  std::map<std::string, std::string> sha256 = {};  ///< maps the name of each result file to its SHA-256 hash
 };
 
 /// Builds the page from top to bottom. All text is escaped, so that input cannot become markup.
@@ -48,8 +48,9 @@ class HtmlReport {
 
   void heading(std::string_view text);
   void paragraph(std::string_view text);
-  /// Adds a banner that states whether all checks hold, followed by a table of values and bounds. If the table would
-  /// fill the first page, it begins the appendix, and the first page has only the failed checks.
+  /// Adds a banner that states whether all checks hold, followed by a table of the checks with values and bounds. If
+  /// this table is too long for the first page, it is moved to the start of the appendix, and the first page lists only
+  /// the failed checks.
   void verdict(std::span<const Check> checks);
   void table(const Table& table);
   void figure(const Plot& plot);
@@ -60,7 +61,7 @@ class HtmlReport {
   void origin(const Origin& origin);
 
   /// Returns the HTML text of the page.
-  /// In      name  file name of the page; the links to its figures depend on it
+  /// In      name  file name of the page; it determines the folder of the figures to which the page links
   std::string html(const std::string& name = "report.html") const;
   /// Returns the page, and each figure as SVG and CSV, by file name. The figures are in the folder figures/ for
   /// report.html, and in NAME-figures/ for a page NAME.html.

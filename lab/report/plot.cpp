@@ -15,8 +15,8 @@
 namespace tandem::lab {
 namespace {
 
-// Assumed advance width of a character in a 12 px sans-serif font, because the size of text cannot be measured here.
-// The value is rather large: 0.6 em, while digits of common fonts have 0.56 to 0.64 em.
+// Assumed width of a character in a 12 px sans-serif font: 0.6 em. Digits of common fonts have a width of 0.56 to 0.64
+// em. The true width depends on the font of the reader's browser and cannot be measured here.
 constexpr double kCharacterPx = 7.2;
 constexpr double kTextPx = 12, kAxisLabelPx = 13;  ///< font sizes, as in kFigureStyle
 constexpr double kLinePx = 18;
@@ -30,8 +30,9 @@ constexpr double kMinLabelPx = 4 * kCharacterPx;
 constexpr double kPixelsPerXTick = 56;
 constexpr double kPixelsPerYTick = 34;
 constexpr double kPixelsPerMarker = 110;
-constexpr double kSlightlyBelow = 0.05;  ///< fraction of the y axis that may lie below 0 without a tick there
-constexpr double kLimitRoom = 0.1;       ///< fraction of the axis that is kept free above a limit line for its label
+/// an axis that extends below 0 by less than this fraction of its length gets no tick below 0
+constexpr double kSlightlyBelow = 0.05;
+constexpr double kLimitRoom = 0.1;  ///< fraction of the axis that is kept free above a limit line for its label
 /// Maximum number of points of a series that has a marker at each point.
 constexpr std::size_t kFewPoints = 40;
 /// Maximum number of points of a series that the data file of a figure contains in full. A longer series is reduced to
@@ -230,7 +231,7 @@ void Renderer::scale_y(double bottom_px, double top_px) {
     y_ticks_ = log_ticks(y_.range, count);
     return;
   }
-  // The axis ends at ticks, except at an end that the plot fixes.
+  // The y axis ends at its outermost ticks, except where the plot has a fixed axis limit.
   y_ticks_ = ticks_around(y_.range, count);
   const double low = y_.range.low;
   y_.range = with_fixed_ends({y_ticks_.front().value, y_ticks_.back().value}, plot_.y);
@@ -388,8 +389,9 @@ void Renderer::draw_polyline(const Series& series, const Polyline& line) {
   out_ += "\"/>\n";
 }
 
-/// Draws a marker at each point of a short series. A long series has a marker about every kPixelsPerMarker pixels. The
-/// position of the first marker depends on the style, so that markers of coinciding curves do not cover each other.
+/// Draws the markers of a series: at each point of a short series, otherwise about every kPixelsPerMarker pixels. In a
+/// long series, the style of the series shifts its first marker. Therefore the markers of two coinciding curves do not
+/// cover each other.
 void Renderer::draw_markers(const Series& series) {
   const bool has_all = series.draw == Draw::kMarkers || series.x.size() <= kFewPoints;
   double next_px = has_all ? 0 : x_.px_low + kPixelsPerMarker * (0.5 + style_of(series)) / kStyles;

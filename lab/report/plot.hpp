@@ -52,8 +52,8 @@ struct PlotAxis {
   std::string label() const { return quantity + " [" + unit + "]"; }
 };
 
-/// Returns the minimum range of an axis in this unit; 0 for an unknown unit. A smaller range would magnify irrelevant
-/// differences, for example forces below the just-noticeable difference.
+/// Returns the smallest range that an axis with this unit may show; 0 for an unknown unit. The limit prevents that a
+/// figure magnifies irrelevant differences, for example between forces below the just-noticeable difference.
 double least_span(std::string_view unit);
 
 /// Width of a plot that shares a row of the page with another plot.

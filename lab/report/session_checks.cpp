@@ -14,10 +14,14 @@ constexpr double kInPercent = 100;
 constexpr double kMillimetres = 1e3;
 
 // Bounds of the checks. They are our choice, for the reason beside each.
-constexpr double kFeltForce_n = 0.3;           // several times the force of the stage late-pose on a resting hand
-constexpr double kBodyDisplacement_m = 0.002;  // larger than the penetration and settling of a contact
-constexpr double kClampedFraction = 0.01;      // with a larger fraction, the device and not the scene sets the force
-constexpr double kSettledHandSpeed_m_per_s = 0.020;  // faster than a hand's tremor; a tenth of a limit cycle's speed
+// minimum of a felt force; several times the force that the stage late-pose displays to a resting hand
+constexpr double kFeltForce_n = 0.3;
+// minimum displacement of a moved body; penetration and settling of a contact move a body less
+constexpr double kBodyDisplacement_m = 0.002;
+// maximum fraction of clamped ticks; above it, the force would be determined by the device's limit and not by the scene
+constexpr double kClampedFraction = 0.01;
+// maximum speed of a resting hand: above the speed of tremor, and a tenth of the speed in a limit cycle
+constexpr double kSettledHandSpeed_m_per_s = 0.020;
 constexpr double kTicksRunFraction = 0.99;
 constexpr double kTickRate_hz = 1000;
 constexpr double kTickRateErrorFraction = 0.01;
@@ -39,8 +43,8 @@ double largest_finite(const std::vector<double>& values) {
   return largest;
 }
 
-/// Returns the number of samples with a force that is not finite. The result is at least one if the client's summary
-/// reports such a force, even if the trace does not contain it.
+/// Returns the number of samples whose force or torque is not finite. It is at least 1 if the client's summary reports
+/// such a value, because the trace may lack the tick at which it occurred.
 double not_finite_count(const ClientRun& user) {
   const auto& force = user.trace.force_n;
   const auto& torque = user.trace.torque_n_m;

@@ -33,7 +33,8 @@ using Axes = std::array<std::vector<double>, 3>;
 
 /// A client's trace with one entry for each tick. A value that the client had not received yet is NaN.
 struct Trace {
-  std::vector<double> time_s;   ///< time since the first tick of the session's first client, on the server's clock
+  /// time of each tick on the server's clock, counted from the first tick of the client that started first
+  std::vector<double> time_s;
   std::vector<double> force_n;  ///< displayed force
   std::vector<double> torque_n_m;
   Axes hand_m;  ///< position of the handle, p_WH

@@ -97,8 +97,9 @@ double largest(const Session& session, std::vector<double> Trace::*values) {
   return result;
 }
 
-/// Draws the force limits of the devices. A limit so high that the curves below it would be unreadable is not drawn; it
-/// is returned as text for the caption.
+/// Adds the force or torque limits of the devices as lines. A limit that is much higher than all curves is not drawn,
+/// because the curves would become unreadable. Returns a text for the caption that states such limits; empty if all
+/// limits are drawn.
 std::string add_limits(Plot& plot, const Session& session, double ClientRun::*limit, std::vector<double> Trace::*values,
                        double factor, const std::string& unit) {
   constexpr double kReadable = 5;

@@ -16,7 +16,8 @@ constexpr double kMinRelativeWidth = 1e-9;
 /// tick.
 constexpr double kSlack = 1e-6;
 
-/// A step m·10^e. The two parts are stored separately, so that i·step is the double nearest to the decimal number.
+/// Distance of two ticks: m·10^e, with the mantissa m and the exponent e. They are stored separately, so that a tick
+/// i·m·10^e is the double nearest to its decimal number.
 struct TickStep {
   double mantissa = 1;
   int exponent = 0;

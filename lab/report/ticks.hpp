@@ -30,8 +30,9 @@ std::vector<AxisMark> ticks_inside(Range range, std::size_t max_count);
 /// Same as ticks_inside(), but the first and last tick lie on or just outside the limits of `range`.
 std::vector<AxisMark> ticks_around(Range range, std::size_t max_count);
 
-/// Returns powers of ten inside `range`, thinned to at most `max_count`. If `max_count` allows it, each decade has
-/// ticks at 1, 2 and 5.
+/// Returns at most `max_count` ticks of a logarithmic axis inside `range`. They are the powers of ten and, if there is
+/// space, also their multiples by 2 and 5. If there are too many powers of ten, only every second, third, … is
+/// returned.
 std::vector<AxisMark> log_ticks(Range range, std::size_t max_count);
 
 }  // namespace tandem::lab

@@ -12,7 +12,8 @@
 
 namespace tandem::lab {
 
-/// Owns a handle of the HDF5 library. `close` is the function of the library that closes a handle of this type.
+/// Owns a handle of the HDF5 library and closes it on destruction. `close` is the library's function for this kind of
+/// handle, such as H5Fclose for a file.
 /// Fails   std::runtime_error: the handle is invalid
 class Hdf5Handle {
  public:

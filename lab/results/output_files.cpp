@@ -37,8 +37,8 @@ class SignalsWait {
   sigset_t before_{};
 };
 
-/// Creates the missing folders of a path; the list has the innermost folder first. The destructor removes the created
-/// folders unless keep() was called.
+/// Creates the missing folders of a path. The destructor removes the created folders, the innermost one first, unless
+/// keep() was called.
 class MadeFolders {
  public:
   void make(const std::string& out) {

@@ -9,8 +9,8 @@
 
 namespace tandem::lab {
 
-/// Checks before the computation that the folder for `--out` can be created. Folders that the check creates are removed
-/// again.
+/// Checks before a long computation that the folder for `--out` can be created. The check creates the missing folders
+/// and removes them again.
 /// Fails   see made_folder()
 void check_folder_can_be_made(const std::string& out);
 
@@ -22,12 +22,12 @@ std::string shell_word(const std::string& word);
 std::map<std::string, std::string> with_report(std::map<std::string, std::string> files, HtmlReport report,
                                                const std::string& name = "report.html");
 
-/// Creates the folder and writes all files, whose names may contain folders. Each file is first written under a
-/// temporary name; then all are renamed. Therefore a reader finds either the previous files or the new ones, even after
-/// an interruption. SIGINT and SIGTERM are blocked until the renaming ends.
+/// Creates the folder and writes all files. The names of the files may contain folders. All files are first written
+/// under temporary names and then renamed. SIGINT and SIGTERM are blocked during the renaming. Therefore an
+/// interruption leaves either all previous files or all new ones.
 ///
-/// Fails   see made_folder() and write_text_file(); or a folder exists under the name of a file. In the last case only
-///         the files renamed before the failure remain
+/// Fails   see made_folder() and write_text_file(). std::runtime_error: a folder already has the name of a file.
+///         std::filesystem::filesystem_error: a file cannot be renamed; the files renamed before it remain
 void write_all_files(const std::string& out, const std::map<std::string, std::string>& files);
 
 }  // namespace tandem::lab

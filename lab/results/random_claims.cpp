@@ -37,8 +37,8 @@ bool is_all(const RandomOutcome&) {
   return true;
 }
 
-/// Returns a claim about a quantile: the smallest of the values such that at least the fraction `share` of all values
-/// is not larger.
+/// Returns the claim that a quantile of the values is at most `bound`. The quantile is the smallest value v for which
+/// at least the fraction `share` of all values is at most v.
 RandomClaim quantile(const std::string& text, const std::vector<Value>& values, double share, double bound) {
   if (values.empty()) return {text, kNone, bound, 0, ""};
   const auto index = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));

@@ -30,8 +30,8 @@ struct RandomClaim {
   bool holds() const { return is_measured() && value <= bound; }
 };
 
-/// Computes all claims. If the link of a trial was silent for more than 110 ms, the trial counts only in claims about
-/// silences, because the force must decay during a silence.
+/// Computes all claims. During a silence of the link of more than 110 ms, the displayed force must decay, which spoils
+/// the other metrics. Therefore a trial with such a silence counts only in claims about silences.
 std::vector<RandomClaim> random_claims(std::span<const RandomOutcome> outcomes);
 
 }  // namespace tandem::lab

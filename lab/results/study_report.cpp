@@ -39,7 +39,7 @@ struct Sweep {
   const char* field;
   PlotAxis axis;
   double factor = 1;
-  std::string shared = {};  ///< settings that all trials have in common; the names of the curves omit them
+  std::string shared = {};  ///< settings of --set that all trials have in common; the names of the curves omit them
 
   double of(const json::object& row) const { return factor * number_in(row, field); }
   std::string text(double value) const { return format_significant(value, 3) + " " + axis.unit + " " + axis.quantity; }
@@ -55,7 +55,8 @@ std::string overrides_of(const json::object& row) {
   return text;
 }
 
-/// Returns the first quantity that has several values in the study, or the round trip if there is none.
+/// Returns the quantity for the x axis of the figures: the first one that has several values in the study. If all
+/// quantities have a single value, it is the round trip.
 Sweep sweep_of(std::span<const TrialResult> results) {
   std::set<std::string> overrides;
   for (const TrialResult& result : results) overrides.insert(overrides_of(result.row));
@@ -233,7 +234,8 @@ Table definitions_table() {
   return table;
 }
 
-/// Returns a row of the table with every metric of a group. `of` combines the values of the seeds.
+/// Returns the row of a group in the table of results, with one cell for each metric. `of` combines the values of the
+/// group's seeds to one value (mean or worst).
 std::vector<std::string> results_row(const SeedGroup& group, const Sweep& sweep, const std::string& seeds,
                                      double (*of)(const SeedGroup& group, std::string_view metric)) {
   const json::object& row = *group.front();
@@ -293,14 +295,16 @@ Headline headline_of(const std::vector<SeedGroup>& groups, const Sweep& sweep) {
   return result;
 }
 
-/// Returns " (k of n trials)" if some trials at the headline's x have no value; otherwise an empty text.
+/// Returns " (k of n trials)": only k of the n trials at the compared x (Headline::at) have a value of the metric. The
+/// text is empty if all have one.
 std::string share_with_value(const Headline& headline, const std::vector<SeedGroup>& groups, std::size_t with_value) {
   std::size_t all = 0;
   for (const SeedGroup& group : groups) all += headline.sweep.of(*group.front()) == headline.at ? group.size() : 0;
   return with_value == all ? "" : " (" + std::to_string(with_value) + " of " + std::to_string(all) + " trials)";
 }
 
-/// Returns the mean and the range over the trials at the headline's x, or a dash if there is no value.
+/// Returns the mean and the range of a metric over the trials at the compared x (Headline::at), or a dash if there is
+/// no value.
 std::string headline_text(const Headline& headline, const std::vector<SeedGroup>& groups, std::string_view metric) {
   const auto values = values_of(groups, headline.sweep, metric);
   const auto found = values.find(headline.at);
@@ -381,8 +385,8 @@ void add_first_page(HtmlReport& page, const std::vector<SeedGroup>& groups, cons
   page.side_by_side(figures);
 }
 
-/// Adds the figures of one experiment under one disturbance: all metrics if `has_all`, which is set for the least
-/// disturbance, otherwise only the headline metrics.
+/// Adds the figures of one experiment under one disturbance of the link. If `has_all` is true, every metric gets a
+/// figure, otherwise only the metrics in kHeadline. It is true for the least disturbance.
 void add_figures(HtmlReport& page, const std::vector<SeedGroup>& groups, const Sweep& sweep, bool has_all) {
   const Curves curves = curves_of(groups, sweep);
   std::vector<Plot> figures;

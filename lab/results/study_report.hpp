@@ -1,5 +1,6 @@
-// Results of a study as one HTML page. The first page compares the stages at the longest delay that has values. The
-// appendix plots each metric over the delay, with the spread over the seeds, and defines it.
+// Results of a study as an HTML report. Its first page compares the stages at the longest delay for which there are
+// results. Its appendix has a figure and a definition of each metric. A figure shows the metric as a function of the
+// delay, with the spread over the seeds.
 #pragma once
 
 #include <span>
@@ -9,9 +10,10 @@
 
 namespace tandem::lab {
 
-/// Returns the page. The same results give the same bytes.
+/// Returns the report. It contains no date or host data, so the same results give the same bytes.
 HtmlReport study_report(std::span<const TrialResult> results);
-/// Adds the figures and tables of each experiment, and the definitions of the metrics.
+/// Adds the results of a study to another report: figures and tables of each experiment, and definitions of the
+/// metrics.
 void add_study(HtmlReport& page, std::span<const TrialResult> results);
 
 /// Axis of the figures of one metric. Quantity and unit follow from the suffix of the metric's name. `factor` converts

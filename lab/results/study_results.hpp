@@ -24,8 +24,8 @@ boost::json::object study_timing_json(std::span<const TrialResult> results, doub
 double number_in(const boost::json::object& row, std::string_view name);
 std::string text_in(const boost::json::object& row, std::string_view name);
 
-/// Returns whether a user's link was silent for longer than kLongSilence_ms. In that case the stage is not responsible
-/// for the outcome of the trial.
+/// Returns whether a user's link was silent for longer than kLongSilence_ms. During such a silence every stage must let
+/// the force decay. Therefore the outcome of the trial does not depend on the stage.
 bool was_silent(const boost::json::object& row);
 
 /// Rows of one or more trials that differ only in their seed. Trials with a long silence form separate groups.

@@ -12,8 +12,9 @@
 
 namespace tandem::lab {
 
-/// Writes N-NAME.csv for every user during the trial. At the end of the trial it writes bodies.csv, the report and,
-/// last, trial.json (results.hpp). Therefore a folder that contains trial.json is complete.
+/// Writes the files of a trial. During the trial, it writes a time series N-NAME.csv for user number N. At the end it
+/// writes bodies.csv, the report and, as the last file, trial.json (results.hpp). Therefore a folder that contains
+/// trial.json is complete.
 class TrialFiles {
  public:
   /// Creates the folder.

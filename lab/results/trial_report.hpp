@@ -1,5 +1,5 @@
-// The report of a trial: diagrams of each hand's touch over time, together with those of the same hands in another run.
-// The report depends only on the traces, so that the same trial gives the same bytes.
+// The report of a trial: figures of force, motion and energy of each hand over time. Another run of the same hands is
+// drawn for comparison. The report depends only on the traces, so that the same trial gives the same bytes.
 #pragma once
 
 #include <string>

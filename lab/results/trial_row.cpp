@@ -14,7 +14,7 @@ namespace {
 
 namespace json = boost::json;
 
-/// Joins the distinct values of all users with "+".
+/// Returns the values of all users as one text. Different values are joined with "+"; equal values are listed once.
 template <class Of>
 std::string of_users(const Experiment& experiment, const Of& of) {
   std::string text;

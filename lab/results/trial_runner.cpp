@@ -81,8 +81,8 @@ std::string scene_key(const Experiment& experiment) {
   return experiment.scene.string() + "\n" + compact_json(experiment.scene_changes);
 }
 
-/// A reference run that several trials share. The first trial that needs the reference runs it; it is released after
-/// the last of these trials.
+/// A run at zero delay to which several trials are compared. The thread of the first such trial performs the run. The
+/// memory of the trace is released after the last of these trials.
 struct SharedReference {
   Trial trial;
   std::size_t open = 0;  ///< number of unfinished trials that need this run
@@ -98,8 +98,8 @@ struct Job {
   SharedReference* same_stage = nullptr;  ///< often the same run as `reference`; null if not requested
 };
 
-// Converts a row to text and back. With this conversion, new and reused results have the same number types and give the
-// same bytes.
+// Converts a row to text and back. A reused result is read from a file, where 2.0 may have become the integer 2. After
+// this conversion, new results have the same number types and give the same output files.
 json::object as_read_back(const json::object& row) {
   return parse_json(pretty_json(row), "a trial's row").get_object();
 }

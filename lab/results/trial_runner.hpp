@@ -4,8 +4,8 @@
 //   OUT/samples/KEY/…      time series of the trial, if requested
 //
 // The file of a trial is either complete or absent, so that an interrupted study can be continued. Threads share only
-// immutable data: scenes, and finished runs at zero delay. Results are in the order of the trials, regardless of the
-// timing of the threads.
+// immutable data: scenes, and finished runs at zero delay. The results are in the order of the trials; they do not
+// depend on the timing of the threads.
 #pragma once
 
 #include <filesystem>
@@ -21,12 +21,15 @@
 namespace tandem::lab {
 
 struct RunSettings {
-  std::filesystem::path out;            ///< folder for the results; it must exist
-  std::size_t threads = 1;              ///< number of threads; at least 1
-  bool keeps_samples = false;           ///< whether the time series of every trial are written
-  bool samples_lie_in_out = false;      ///< whether the time series are written directly to `out` (single trial)
-  bool holds_against_own_stage = true;  ///< whether metrics that need TrialView::same_stage are computed
-  std::string program;                  ///< fingerprint of this program; results of a different program are not reused
+  std::filesystem::path out;        ///< folder for the results; it must exist
+  std::size_t threads = 1;          ///< number of threads; at least 1
+  bool keeps_samples = false;       ///< whether the time series of every trial are written
+  bool samples_lie_in_out = false;  ///< whether the time series are written directly to `out` (single trial)
+  /// whether each trial is also run at zero delay on its own stage, for metrics that compare with this run
+  /// (TrialView::same_stage)
+  bool holds_against_own_stage = true;
+  /// hash that identifies this program (program_fingerprint()); results of a different program are not reused
+  std::string program;
 };
 
 struct TrialResult {

@@ -10,8 +10,7 @@
 namespace tandem::lab {
 namespace {
 
-/// Minimum force at which the force error of a tick is counted. It applies to the force in the trial that has all
-/// assets from the start.
+/// A tick counts in the comparison only if the force of the trial "here" is at least this value at this tick.
 constexpr double kMinForce_n = 0.5;
 /// Time in which the client blends from one local model to its successor.
 constexpr Duration kGoingOver = std::chrono::milliseconds(400);
@@ -20,7 +19,8 @@ constexpr Duration kGoingOver = std::chrono::milliseconds(400);
 struct JoinTrial {
   SessionTrace trace;
   std::vector<Vec3> tool_W;  ///< tool position at each tick according to the local model
-  /// times at which the first local model exists, and the first with all assets; 0: before the hands started
+  /// times at which the first local model (coarse_at) and the first local model with all assets (full_at) exist; 0:
+  /// before the hands started
   Duration coarse_at{0}, full_at{0};
 };
 
@@ -51,8 +51,8 @@ double largest_step_n(const std::vector<TickSample>& ticks, Duration from) {
   return largest;
 }
 
-/// Compares a trial, tick by tick, with the trial `here`, whose user has all assets from the start. Only ticks are
-/// compared at which the local model has coarse assets and its blending has ended.
+/// Compares a trial, tick by tick, with the trial `here`, in which the user has all assets from the start. A tick is
+/// compared if the local model has only coarse assets at this tick and the client has finished blending to it.
 void compare_coarse(const JoinTrial& trial, const JoinTrial& here, JoinFigures& figures) {
   const std::vector<TickSample>&ticks = trial.trace.users.front().ticks, &usual = here.trace.users.front().ticks;
   double error = 0, square = 0, apart = 0;

@@ -20,8 +20,8 @@ using net::SimulatedLink;
 
 constexpr std::size_t kBytesAtOnce = 16 * 1024;
 constexpr int kDatagramsAtOnce = 256;
-/// Time from the last datagram of a client address until the address is removed: the client has changed its address or
-/// has ended.
+/// Time without datagrams after which a client address is removed. In this case the client has ended or has changed its
+/// address.
 constexpr Duration kForgetAfter = std::chrono::minutes(1);
 
 /// One direction of a TCP stream.
@@ -100,8 +100,8 @@ struct LinkProxy::Impl {
   std::vector<std::unique_ptr<Stream>> streams;
   std::map<udp::endpoint, std::unique_ptr<Flow>> flows;
   std::uint64_t links = 0;
-  // Occupancy of the shared line in each direction. All streams and datagrams share its rate limit. These two links
-  // carry no data.
+  // Two links without data. They model the rate limit of the line in each direction, which all streams and datagrams of
+  // all clients share.
   SimulatedLink line_up{settings.link, settings.seed, 0};
   SimulatedLink line_down{settings.link, settings.seed, 0};
   bool is_cut = false;

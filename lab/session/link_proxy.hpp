@@ -1,5 +1,5 @@
-// Simulates the project's link for unmodified programs: a proxy to which clients connect and which forwards to the
-// server. TCP and UDP have the same port number.
+// A proxy that simulates a network link between unmodified clients and an unmodified server. Clients connect to the
+// proxy, which forwards their traffic to the server. TCP and UDP use the same port number.
 //
 //   client ══ TCP ══▶ [reliable link up] ══▶ server        each user's datagrams leave by their own socket, as behind a
 //   client ◀══ UDP ══ [link down] ◀══════════ server       NAT: move() opens new sockets, cut() blocks all traffic,
@@ -38,14 +38,15 @@ class LinkProxy {
   /// Receives the datagrams and bytes at the sockets, and forwards the packets that are due. Must be called about every
   /// 0.5 ms.
   void step(LocalTime now);
-  /// Blocks all traffic, or forwards it again. While traffic is blocked, datagrams are lost and streams wait.
+  /// Blocks all traffic (`is_cut` true) or ends the blocking (false). While traffic is blocked, datagrams are lost, and
+  /// the bytes of streams are delayed until the blocking ends.
   void cut(bool is_cut);
-  /// Sends later datagrams to the server from new ports, as after a change of a NAT's mapping.
+  /// Simulates a change of a NAT's mapping: all later datagrams are sent to the server from new ports.
   void move();
   /// Terminates all streams at once at both ends (TCP reset), as a restarted NAT does. New streams are accepted.
   void reset();
-  /// Return the number of open streams (first function), and the number of client addresses that sent datagrams (second
-  /// function). An address is removed after a minute without datagrams.
+  /// streams() returns the number of open streams. flows() returns the number of client addresses from which datagrams
+  /// were received in the last minute.
   std::size_t streams() const;
   std::size_t flows() const;
 

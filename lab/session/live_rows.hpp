@@ -1,5 +1,5 @@
-// Converts the ticks of a live client to rows at whole milliseconds, which can be compared with the rows of a virtual
-// trial.
+// Converts the ticks of a live client to one row per millisecond. A virtual trial has such rows too, so both can be
+// compared row by row.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,15 @@ struct LiveTick {
   client::TickRecord record;
   Pose hand_D;
   Twist hand_twist_D;
-  Duration round_trip{0};  ///< newest round trip that the session has measured; added by the thread that reads the ring
+  /// newest round trip that the session has measured; set by the main thread when it reads the tick from the ring
+  /// buffer
+  Duration round_trip{0};
 };
 
-/// Returns one row for each millisecond of the duration. Row k contains the newest tick earlier than k + 1 ms after
-/// `start`, with the time of that tick. If the machine skipped a tick, the row repeats the previous tick, because the
-/// device also holds its force. The row's phase and intended position are those at the time of the row.
+/// Returns one row for each millisecond of the duration. Row k contains:
+/// * the newest tick earlier than k + 1 ms after `start`, with the time of this tick. If the machine skipped a tick,
+///   the row repeats the previous one, whose force the device still displays;
+/// * the phase and the intended position of the hand at the time of the row.
 ///
 /// In      ticks    in order of time; if it is empty, no rows are returned
 /// Out     skipped  number of repeated rows

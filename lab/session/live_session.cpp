@@ -28,8 +28,7 @@ constexpr Duration kStartIn = std::chrono::milliseconds(50);
 /// Capacity of the ring buffer in ticks, as in HapticLoopSettings::trace_capacity. Records are lost if the main thread
 /// is late by more ticks than this.
 constexpr std::size_t kRingTicks = 4096;
-/// Difference by which the real-time priority of the io thread is lower than that of the haptic thread, as in the
-/// client.
+/// Real-time priority of the haptic thread minus that of the io thread, as in tandem-client.
 constexpr int kIoPriorityBelow = 10;
 constexpr Duration::rep kNotYet = -1;
 
@@ -38,8 +37,8 @@ LocalTime next_whole_millisecond(LocalTime time) {
   return LocalTime((since / kHapticPeriod + 1) * kHapticPeriod);
 }
 
-// Returns whether a link has neither delay nor disturbances. A perfect link is not simulated; only the delay of the
-// loopback remains.
+// Returns whether a link has neither delay nor disturbances. Such a link is not simulated: its packets only pass the
+// loopback interface.
 bool is_perfect(const net::LinkParameters& link) {
   return link.delay == Duration(0) && link.jitter == Duration(0) && link.trace.empty() &&
          link.delay_path.points.empty() && !link.spoils_datagrams() && link.rate_limit_bytes_per_s == 0;
@@ -89,7 +88,8 @@ class LiveTrialServer {
   const Experiment& experiment_;
   server::LiveServer server_;
   std::atomic<Duration::rep> start_ns_{kNotYet};
-  // The room thread alone uses the following members until stop(). Their memory is reserved, so that no step allocates.
+  // Until stop(), only the room thread uses the following members. Their memory is reserved in advance, so that a step
+  // of the room does not allocate.
   Duration next_bodies_{0};
   std::vector<BodiesSample> bodies_;
   std::size_t bodies_taken_ = 0;
@@ -192,8 +192,8 @@ class LiveUser {
   client::ClientIo io_;
   realtime::Ring<LiveTick> ring_{kRingTicks};
   std::atomic<std::uint64_t> lost_{0};
-  std::vector<LiveTick> ticks_;  // used by the main thread only
-  bool is_hand_moving_ = false;  // this and the next two members: haptic thread only, until stop()
+  std::vector<LiveTick> ticks_;  // used only by the caller's thread (main thread)
+  bool is_hand_moving_ = false;  // this and the next two members are used only by the haptic thread until stop()
   client::HapticCounters at_start_;
   double passivity_dissipated_at_start_j_ = 0;
   std::optional<client::HapticLoop> loop_;  // declared last, so that it is destroyed before the objects that it uses
@@ -213,7 +213,8 @@ LiveUser::LiveUser(const ExperimentUser& description, client::ClientIoSettings i
 std::vector<std::string> LiveUser::start_loop() {
   client::HapticLoopSettings settings;
   settings.realtime_priority = realtime_priority_;
-  // The loop's own trace is unused and has the minimum size. The records with the true state of the hand are in ring_.
+  // The trace of HapticLoop is not used, so it gets the minimum size. It would lack the true state of the hand, which
+  // the records in ring_ contain.
   settings.trace_capacity = 1;
   loop_.emplace(settings, io_.haptics(), [this] { after_tick(); });
   std::this_thread::sleep_until(std::chrono::steady_clock::time_point(

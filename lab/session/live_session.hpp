@@ -29,7 +29,7 @@ namespace tandem::lab {
 /// Timing quality of one client.
 struct LiveUserTiming {
   std::uint64_t ticks = 0;    ///< ticks of the haptic thread since the hands started
-  std::uint64_t skipped = 0;  ///< number of milliseconds without a tick
+  std::uint64_t skipped = 0;  ///< number of rows that repeat the previous tick, because their millisecond had none
   std::uint64_t lost = 0;     ///< number of records lost because the ring buffer was full
   client::HapticLoopReport loop;
 };
@@ -42,10 +42,12 @@ struct LiveTiming {
 
 /// Runs one trial of an experiment in real time.
 ///
-/// Limits  model errors and the check of the coupling against the device are excluded: tandem-client has no setting for
-///         model errors, and a virtual trial has no such check
-/// In      beside   trace of the virtual trial of the same experiment; supplies seeds, names and the watched body
-///         on_tick  called on the caller's thread for each haptic tick of a moving hand, some 10 ms late at most
+/// Limits an experiment with model errors is refused, because tandem-client has no setting for them. The client's check
+/// of the coupling against the device is off, because a virtual trial has no such check
+/// In      beside   trace of the virtual trial of the same experiment, from which seeds, names and the watched body are
+///         copied
+///         on_tick  called on the caller's thread for each haptic tick of a moving hand, about 10 ms after the tick at
+///         the latest
 /// Out     timing   timing quality of the clients and of the room
 /// Fails   std::invalid_argument: the experiment has model errors; CouldNotJoin (names user and reason);
 ///         std::runtime_error, std::system_error: a port or a thread cannot be created

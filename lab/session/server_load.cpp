@@ -27,7 +27,7 @@ using asio::ip::udp;
 
 constexpr double kSpacing_m = 0.15;
 constexpr double kCube_m = 0.04;
-/// Maximum lateness with which an input is still sent. Inputs that are later are skipped.
+/// Maximum lateness of an input. Inputs that would be sent later than this are skipped.
 constexpr Duration kMaxLate = std::chrono::milliseconds(10);
 /// Maximum plausible age of a state. Larger ages are not recorded.
 constexpr Duration kMaxAge = std::chrono::seconds(1);
@@ -139,8 +139,8 @@ struct ServerLoad::User {
     X_WT = proto::pose_from_placement(tool.placement());
   }
 
-  /// Sends an input. Once a second, the hand presses 5 mm into the cube and lifts off again. `place` [s] shifts the
-  /// motion in time.
+  /// Sends an input. The hand presses 5 mm into the cube and lifts off again, once a second. `place` delays this
+  /// periodic motion [s], so that not all users press at the same time.
   void send(LocalTime now, Tick tick, double place, LoadResult& result) {
     const double phase = 2 * std::numbers::pi * (to_seconds(now.time_since_epoch()) - place);
     proto::ClientUpdate update;
@@ -279,8 +279,8 @@ LoadResult ServerLoad::run(Duration duration, double rate_hz) {
   }
   while (sent < begin + duration) {
     const LocalTime due = timer.wait();
-    // After a lack of processor time, several inputs are due at once and are sent late. Users on separate machines
-    // would have sent them in time.
+    // If this thread got no processor time for a while, several inputs are due at once. They are all sent, because
+    // users on separate machines would have sent them too.
     for (sent = std::max(sent + period, due - kMaxLate); sent <= due; sent += period) {
       ++impl_->tick.value;
       for (std::size_t i = 0; i < impl_->users.size(); ++i) {

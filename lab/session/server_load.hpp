@@ -15,7 +15,8 @@
 
 namespace tandem::lab {
 
-/// Returns a scene for `users` hands. Each tool is above a cube of its own; the further bodies are cubes around it.
+/// Returns a scene for `users` hands. Below each tool is a cube, on which the hand presses. If a user has more bodies,
+/// these are further cubes around the first one.
 /// In      users            1..16
 ///         bodies_per_user  1..4, and at most 63 bodies in total
 ///         rate_hz          step rate of the room
@@ -37,14 +38,14 @@ struct LoadResult {
   Histogram longest_silence;  ///< longest time without a state; one entry for each user
 };
 
-/// Load of all users, generated on the calling thread. The constructor joins all users. Once a tick, each user sends an
-/// input and reads the received states. Each hand presses on its own cube.
+/// Simulates many users on the calling thread. The constructor joins all of them. In each tick, every user sends an
+/// input and reads the received states. The hand of a user presses on the cube below the user's tool.
 class ServerLoad {
  public:
   /// Connects and joins all users.
   /// In      security  authentication; none: no TLS
-  ///         deadline  returns the deadline of a step (0, 1, …) of a room; it must be known when the state of that step
-  ///                   is sent
+  ///         deadline  returns the deadline of a step (0, 1, …) of a room. It is called when the state of this step is
+  ///         received, so the deadline must be known before
   /// Fails   std::runtime_error: a user could not connect or join
   ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms, const std::optional<LoadSecurity>& security,
              const std::function<LocalTime(std::size_t room, Step step)>& deadline);

@@ -34,7 +34,8 @@ struct TickSample {
   Wrench displayed_D;      ///< displayed wrench on the hand
   Wrench server_wrench_W;  ///< newest wrench on the hand received from the server
   Duration state_age{0};   ///< age of the newest state; negative: no state was received yet
-  Duration input_age{0};   ///< age of the newest input that the server has confirmed; 0 if unknown
+  /// time since data of this client last arrived at the server; 0 if unknown, as in a live trial
+  Duration input_age{0};
   Duration round_trip{0};
   BodyId held_body;
   Vec3 view_W = Vec3::Zero();  ///< position of the watched body as displayed to this user
@@ -60,11 +61,12 @@ using OnTick = std::function<void(std::size_t user, const client::TickRecord& re
 struct AnsweredInput {
   Duration time{0};  ///< time of the first step that used it
   Tick tick;
-  double taken_j = 0;  ///< energy_taken_j() after the last step that used this input
+  double taken_j = 0;  ///< value of energy_taken_j() after the last step of the server that used this input
 };
 
-/// Returns the energy that a tool's coupling has put into the world, minus the energy taken from the world, plus the
-/// energy stored in its spring [J].
+/// Returns the energy that a tool's coupling has received from the hand, except for dissipation [J]. It is the energy
+/// that the coupling has supplied to the world, minus the energy taken from the world, plus the energy stored in the
+/// coupling's spring.
 double energy_taken_j(const physics::World& world, std::size_t tool);
 /// Appends the input that the tool's last step used. Must be called after each step of the room.
 void note_answer(const server::Room& room, std::size_t tool, Duration time, std::vector<AnsweredInput>& answered);
@@ -90,7 +92,8 @@ struct UserTrace {
   /// time to a first local model with all assets (client::Client::full_local_after())
   std::optional<Duration> full_local_after = {};
   std::uint64_t stream_bytes = 0;  ///< bytes of the stream in both directions
-  /// time that the server's datagrams waited for the line; if assets are fetched, only until full_local_after
+  /// times for which the server's datagrams waited until the line was free; if assets are fetched, only datagrams until
+  /// full_local_after count
   Histogram state_waits;
 };
 

@@ -26,8 +26,8 @@ constexpr std::size_t kDatagramBytes = 220;
 /// Time that the thread needs to set up its memory and priority, with a large margin. Datagrams sent earlier are not
 /// counted.
 constexpr Duration kEchoSettling = std::chrono::milliseconds(200);
-/// Relative difference of the sending rate from a room's rate. Without a difference, all datagrams of a run would
-/// arrive at one phase of the room's period. The processor may always be busy at that phase, or always idle.
+/// Relative difference between the sending rate and a room's rate. Without it, all datagrams of a run would arrive at
+/// the same phase of the room's period. The result would then depend on whether the processor is busy at this phase.
 constexpr double kDrift = 1e-3;
 using Datagram = std::array<std::byte, kDatagramBytes>;
 

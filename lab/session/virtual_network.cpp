@@ -5,8 +5,8 @@
 namespace tandem::lab {
 namespace {
 
-// Events of a simulated TCP connection, which a stream carries. Each event has a header with its kind and the number of
-// the connection attempt.
+// Kinds of packets by which a reliable link simulates a TCP connection. Each packet has a header with its kind and the
+// number of the connection attempt.
 enum class Chunk : std::uint8_t { kConnect, kAccepted, kBytes, kEnd };
 constexpr std::size_t kChunkHeaderBytes = 5;
 

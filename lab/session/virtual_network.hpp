@@ -3,9 +3,12 @@
 //   ClientSession ── VirtualClientTransport ══ up: datagrams, stream ══▶ ┐
 //                                          ◀══ down: datagrams, stream ══╡ VirtualNetwork ── SessionHub
 //
-// A stream (TCP) is a reliable SimulatedLink with the delay of the datagrams. Stream and datagrams share one line and
-// its rate limit. Packets of both are sent in the order in which they are queued, so each of the two can use the rate
-// that the other leaves free. The cost of retransmission after a loss is not modelled. Connecting takes one round trip.
+// Model of a stream (TCP):
+// * It is a reliable SimulatedLink with the delay of the datagrams. Retransmission after a loss takes no additional
+//   time.
+// * Stream and datagrams share one line and its rate limit. Their packets are sent in the order in which they were
+//   queued.
+// * Connecting takes one round trip.
 #pragma once
 
 #include <cstdint>
@@ -51,8 +54,8 @@ class VirtualClientTransport final : public client::ClientTransport {
   const net::LinkCounters& datagrams_up() const { return datagrams_up_.counters(); }
   const net::LinkCounters& datagrams_down() const { return datagrams_down_.counters(); }
   const TrafficCounters& traffic() const { return traffic_; }
-  /// Returns the histogram of the times for which the server's datagrams waited for the line, which they share with the
-  /// stream.
+  /// Returns a histogram of waiting times: for each datagram of the server, the time until the line, which it shares
+  /// with the stream, was free.
   const Histogram& waits_down() const { return waits_down_; }
   /// Returns the time of the last arrival at the server.
   LocalTime received_at_server() const { return received_at_server_; }

@@ -13,8 +13,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Index of the first random stream for hands. The links use smaller indices (virtual_network.cpp). All streams derive
-/// from the seed of the experiment.
+/// Number of the first stream of random numbers for hands; smaller numbers are used by the links (virtual_network.cpp).
+/// All streams derive from the seed of the experiment.
 constexpr std::uint64_t kHandStreams = 1U << 16U;
 constexpr Duration kJoinTimeout = std::chrono::seconds(30);
 
@@ -60,7 +60,8 @@ struct VirtualUser {
     device.begin_path_at(LocalTime::max());
   }
 
-  /// Corrects the hand's path by the displayed pose of the handle, like a user who watches the tool.
+  /// Corrects the hand's path by the error of the displayed pose of the handle. A real user does the same when watching
+  /// the tool.
   void steer(const WorkspaceMapping& scene) {
     const client::TickRecord& seen = client.haptics().record();
     if (seen.scene_generation == 0 || !seen.sample.is_valid) return;

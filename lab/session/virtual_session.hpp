@@ -10,9 +10,11 @@
 //   4 each client   arrived packets are passed to ClientSession; the haptic tick runs, if due (each client has its
 //                   own phase within the millisecond); ClientSession::poll() sends the update of the tick
 //
-// Nothing else determines the order of events, and nothing depends on the host. A packet sent in a slot is received in
-// a later slot. Therefore the order of clients within a slot has no influence, delays are rounded up to whole slots,
-// and a link without delay takes one slot in each direction.
+// The order of events depends on nothing else, in particular not on the host. A packet is received at the earliest in
+// the slot after it was sent. This has three consequences:
+// * The order of the clients within a slot has no influence.
+// * Delays are rounded up to whole slots.
+// * A link without delay takes one slot in each direction.
 #pragma once
 
 #include <functional>
@@ -35,8 +37,9 @@ using OnClient = std::function<void(std::size_t user, Duration time, client::Cli
 
 /// Runs one trial of an experiment.
 ///
-/// The users join in order, so that the n-th manipulator gets the n-th tool on any link. Then all hands start on their
-/// paths at the same time, which is time 0 of the trace.
+/// The users join one after the other. Therefore the n-th manipulator gets the n-th tool, regardless of the delays of
+/// the links. After the last user has joined, all hands start on their paths at the same time, which is time 0 of the
+/// trace.
 /// In      on_tick    called after each haptic tick of a moving hand
 ///         on_client  called before each haptic tick of a moving hand
 /// Fails   std::invalid_argument: the scene has fewer tools than there are manipulators; CouldNotJoin (names user and

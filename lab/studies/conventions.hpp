@@ -3,7 +3,7 @@
 
 namespace tandem::lab {
 
-/// Upper limit of the frequencies of voluntary motion and tremor. Users perceive force components above it as buzz.
+/// Frequency above which users perceive force components as buzz. Voluntary motion and tremor have lower frequencies.
 inline constexpr double kVibration_hz = 30;
 
 inline constexpr double kGravity_m_per_s2 = 9.81;

@@ -21,7 +21,8 @@ constexpr auto kMarginSamples = static_cast<std::size_t>(0.1 * kMotionRate_hz);
 constexpr auto kSecond = static_cast<std::size_t>(kMotionRate_hz);
 static_assert(kMaxMovementSamples + 2 * kMarginSamples <= kMaxSpeedSamples);
 
-/// Returns the speed [m/s] at a sample: the derivative by the widest stencil that lies within the measured samples.
+/// Returns the speed at a sample [m/s]. The derivative uses five samples around it; near a gap it uses fewer, as far as
+/// they were measured.
 double speed_at(const std::vector<Vec3>& p, std::size_t i) {
   const auto has = [&](std::ptrdiff_t offset) {
     const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) + offset;
@@ -80,7 +81,7 @@ HandMotion MotionSampler::motion() const {
     const double at_s = interval.time_sum_s / interval.count;
     const Vec3 p_W = interval.sum / interval.count;
     if (!has_previous || at_s - previous_s > kMaxGap_s) {
-      // An output sample up to 10 ms before the first average gets the value of that average.
+      // After a gap, the output sample up to 10 ms before the first average gets the position of this average.
       next = static_cast<std::size_t>(&interval - intervals_.data());
       previous_s = at_s;
       previous_W = p_W;
@@ -103,7 +104,7 @@ std::vector<Movement> movements_of(const HandMotion& motion) {
   std::vector<Movement> movements;
   const std::vector<double>& speed = motion.speed_m_per_s;
   std::optional<std::size_t> first;  // first sample of the current movement
-  std::size_t last = 0;              // its last sample at or above kRests_m_per_s
+  std::size_t last = 0;              // last sample of the current movement with a speed of at least kRests_m_per_s
   bool has_moved = false;
   const auto finish = [&] {
     if (first && has_moved && last - *first >= kMinMovementSamples)

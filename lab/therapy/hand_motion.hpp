@@ -26,9 +26,9 @@ struct HandMotion {
 
 /// Collects samples of a hand at any rate and converts them to kMotionRate_hz.
 ///
-/// Model   Position: the samples of each interval of 10 ms are averaged, and so are their times. Between two averages
-///         the position is interpolated linearly. A gap of more than 0.25 s is not filled. Speed: magnitude of the
-///         five-point derivative. Its gain is 1 % too low at 10 Hz
+/// Model   * Averages: positions and times of the samples in each interval of 10 ms are averaged.
+///         * Position: interpolated linearly between two averages, unless they are more than 0.25 s apart (a gap).
+///         * Speed: magnitude of the five-point derivative of the position, which is 1 % too small at 10 Hz
 /// Cost    40 bytes for each 10 ms
 class MotionSampler {
  public:
@@ -59,9 +59,9 @@ struct Movement {
   double smoothness = 0;  ///< spectral_arc_length(); NaN if the movement is longer than 60 s
 };
 
-/// Returns the movements of a hand. A movement reaches 20 mm/s and lasts 0.2 s or more. It ends when the hand has been
-/// slower than 5 mm/s for 0.2 s, or when the hand is not measured. The smoothness includes up to 0.1 s before and after
-/// the movement.
+/// Returns the movements of a hand. A movement begins when the hand exceeds 5 mm/s. It ends when the hand has been
+/// slower than 5 mm/s for 0.2 s, or when a gap begins. Movements shorter than 0.2 s, and those that never reach 20
+/// mm/s, are omitted. The smoothness also uses the samples up to 0.1 s before and after the movement.
 std::vector<Movement> movements_of(const HandMotion& motion);
 
 /// Returns the length of the path [m] over the samples first ≤ i < last. Gaps add no length.
@@ -72,9 +72,9 @@ double path_length_m(const HandMotion& motion, std::size_t first, std::size_t la
 /// Fails   returns NaN if there are no values
 double quantile(std::vector<double> values, double q);
 
-/// Axis-aligned box in W. Along each axis it extends from percentile 1 to percentile 99 of the hand's position, so
-/// short outliers have no effect. Of each rest, only the first 0.2 s are included. A session with long rests therefore
-/// has the same range as one without.
+/// Range of motion of a hand: an axis-aligned box in W. Along each axis it extends from percentile 1 to percentile 99
+/// of the hand's position, so that short outliers have no effect. Only the first 0.2 s of each rest count. Therefore
+/// long rests do not make the range smaller.
 struct MotionRange {
   Vec3 low_m = Vec3::Zero();
   Vec3 high_m = Vec3::Zero();

@@ -83,8 +83,8 @@ PartMeasures part_from(JsonFields& fields) {
   return part;
 }
 
-/// Converts a movement to an array of numbers without names, so that thousands of movements give a small file. An
-/// unknown smoothness, the last number, is omitted.
+/// Converts a movement to an array of numbers. Names are omitted, so that thousands of movements give a small file. The
+/// last number is the smoothness; it is omitted if it is unknown.
 json::array to_json(const Movement& movement) {
   json::array out{movement.begin_s, movement.duration_s, movement.path_m, movement.peak_speed_m_per_s};
   if (std::isfinite(movement.smoothness)) out.emplace_back(movement.smoothness);

@@ -38,7 +38,7 @@ std::string reason_of(int error) {
   return std::generic_category().message(error);
 }
 
-/// Letters and digits that are not confused with each other in speech or handwriting (Crockford's Base32).
+/// Characters of a pseudonym: letters and digits that readers do not confuse with each other (Crockford's Base32).
 constexpr std::string_view kAlphabet = "0123456789ABCDEFGHJKMNPQRSTVWXYZ";
 
 std::string random_text(std::size_t length) {
@@ -82,7 +82,7 @@ void make_own_folder(const fs::path& folder) {
                               "); check the path and its rights");
 }
 
-/// Returns the number in the name of a session's file; 0 for other files.
+/// Returns the session number in the file name of a session; 0 if the file is not a session.
 int session_number(const fs::path& file) {
   const std::string name = file.filename().string();
   if (!name.starts_with(kSession) || !name.ends_with(kSessionEnd)) return 0;

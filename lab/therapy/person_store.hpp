@@ -1,11 +1,9 @@
 // Data folder with the sessions of persons. A person is identified by a pseudonym only.
 //
-//   FOLDER/                     mode 0700
-//     lock                      locked by a run that reads or changes the folder, so that runs do not overlap
-//     PSEUDONYM/                folder of one person; its name is the only place where the pseudonym is stored
-//       session-0001.json       measures of one session; mode 0600; written once
-//     .removed-…                folder of a person whose deletion was interrupted. The next run of any subcommand that
-//                               opens the data folder completes the deletion
+//   FOLDER/ mode 0700 lock locked by a run that reads or changes the folder, so that runs do not overlap PSEUDONYM/
+//     folder of one person; its name is the only place where the pseudonym is stored session-0001.json measures of one
+//     session; mode 0600; written once .removed-… renamed folder of a person whose deletion was interrupted; the next
+//     run that opens the data folder completes the deletion
 //
 // A deletion first renames the folder of the person, which is a single atomic operation. Afterwards the pseudonym is
 // stored nowhere, even if the rest of the deletion is interrupted.
@@ -36,9 +34,11 @@ struct StoredSession {
 /// Fails   every function: std::invalid_argument or std::runtime_error, which names file, reason and remedy
 class PersonStore {
  public:
-  /// Result of a deletion. The person is gone in any case.
+  /// Result of a deletion. The data of the person have been deleted in any case. The members list other paths that may
+  /// still refer to the person.
   struct Removal {
-    /// Paths in whose name or content the pseudonym is still found. They are not of this program.
+    /// Paths below the data folder whose name or content still contains the pseudonym. They were not created by this
+    /// program.
     std::vector<std::filesystem::path> found;
     std::vector<std::filesystem::path> unreadable;  ///< paths that could not be searched
   };
@@ -47,8 +47,8 @@ class PersonStore {
   explicit PersonStore(std::filesystem::path folder);
 
   /// Creates a person. Returns the pseudonym.
-  /// In      pseudonym  6 to 32 characters of A–Z, 0–9 and -, beginning with a letter and with at least one digit;
-  ///         empty: a random one of 60 bits
+  /// In      pseudonym  pseudonym of 6 to 32 characters: A–Z, 0–9 and hyphens. It begins with a letter and contains at
+  ///         least one digit. If empty, a random pseudonym with 60 bits of entropy is created
   /// Fails   the pseudonym is in use or malformed
   std::string create(const std::string& pseudonym);
   /// Returns the pseudonyms in alphabetical order.
@@ -58,8 +58,8 @@ class PersonStore {
   int add(const std::string& pseudonym, const SessionMeasures& session);
   /// Returns the sessions of a person, sorted by number.
   std::vector<StoredSession> sessions(const std::string& pseudonym) const;
-  /// Deletes a person. If this call completed an interrupted deletion, a missing person counts as deleted, because the
-  /// folder of an interrupted deletion does not have the person's name.
+  /// Deletes a person. The call also completes interrupted deletions. Their folders do not have the person's name, so
+  /// they may belong to this person. Therefore, if the call has completed any, a missing person counts as deleted.
   /// Fails   there is no such person, or a file cannot be removed
   Removal remove(const std::string& pseudonym);
 

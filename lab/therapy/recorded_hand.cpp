@@ -19,8 +19,8 @@ namespace {
 constexpr std::size_t kMaxToolSamples = 2'000'000;
 constexpr std::size_t kMaxNameWidth = 64;
 constexpr std::size_t kMaxUsersListed = 16;
-/// Largest accepted deviation of a sample's time from its time of arrival. With a larger deviation, the client's clock
-/// is regarded as set anew, and its offset is measured again.
+/// Largest accepted deviation of a sample's converted time stamp from its time of arrival. A larger deviation means
+/// that the client's clock was set. In this case the offset of the clock is measured again.
 constexpr double kMaxClockStep_s = 0.5;
 constexpr double kMaxForce_n = 1e6;
 constexpr double kMaxScore = 1e12;
@@ -35,9 +35,9 @@ double seconds_between(std::uint64_t from_ns, std::uint64_t to_ns) {
   return is_later ? magnitude : -magnitude;
 }
 
-/// Converts the time stamps of a client's samples to the time of the recording. The client's time stamps are preferred
-/// to the times of arrival, because they contain no network jitter. Their offset is measured at the first sample. A
-/// sample without a usable time stamp gets its time of arrival.
+/// Converts the time stamps of a client's samples to the time of the recording. Time stamps are preferred to times of
+/// arrival, because they contain no network jitter. The offset between the two clocks is measured at the first sample.
+/// A sample without a usable time stamp gets its time of arrival.
 class SampleTime {
  public:
   double at_s(double arrival_s, std::uint64_t sent_ns) {
@@ -103,7 +103,8 @@ class GameLog {
     }
   }
 
-  /// Adds the saved state of a game. A room that resumes a game is in a level before the first event of the recording.
+  /// Adds the saved state of a game with which a recording may begin. If the room has resumed a game, a level is
+  /// already running before the first recorded event.
   void add(const wire::GameCheckpoint& game, std::uint64_t at_ns) {
     has_game_ = true;
     if (level_ || !parts_.empty() || game.phase() != wire::GameState::PLAYING) return;
@@ -145,7 +146,7 @@ class GameLog {
   void open_level(std::uint32_t level, std::uint64_t at_ns) {
     level_ = {PartKind::kLevel, PartOutcome::kOpen, level_name(level), at_ns, at_ns, score_};
     goal_begin_ns_ = at_ns;
-    outcome_ = PartOutcome::kOpen;  // a game that continues after its end counts as a new game
+    outcome_ = PartOutcome::kOpen;  // a level that starts after the end of a game begins a new game
   }
   void close_level(PartOutcome outcome, std::uint64_t at_ns) {
     if (!level_) return;
@@ -177,7 +178,8 @@ class GameLog {
 
   const wire::RecordedRoom& room_;
   std::vector<Part> parts_;
-  std::optional<Part> level_;  ///< current level; until it is closed, its `score` is the total score at its start
+  /// current level, if any; until the level ends, its `score` holds the total score at the start of the level
+  std::optional<Part> level_;
   std::uint64_t goal_begin_ns_ = 0;
   double score_ = 0;
   PartOutcome outcome_ = PartOutcome::kNone;
@@ -302,8 +304,9 @@ class HandReader {
   wire::RecordedRoom room_;
   wire::RecordedStep step_;
   wire::RecordedStates states_;
-  std::set<std::string> names_;        ///< names of the users with a tool
-  std::optional<std::uint32_t> seat_;  ///< seat of the measured user; none while the user is absent
+  std::set<std::string> names_;  ///< names of the users with a tool
+  /// number of the measured user's place in the room (seat); none while the user is absent
+  std::optional<std::uint32_t> seat_;
   std::uint32_t user_id_ = 0;
   std::optional<std::uint64_t> joined_ns_;  ///< time of the user's first join
   std::uint64_t last_ns_ = 0;

@@ -17,8 +17,8 @@ struct ToolSample {
   std::uint32_t held_body = 0;
 };
 
-/// A level or goal of a game. Its times count from the user's join, so a part that began before the join has a negative
-/// begin.
+/// A level or goal of a game. Its times count from the user's join. `begin_s` is negative if the level or goal began
+/// before the join.
 struct GamePart {
   PartKind kind = PartKind::kLevel;
   PartOutcome outcome = PartOutcome::kOpen;

@@ -18,14 +18,14 @@ inline constexpr std::size_t kMaxParts = 2000;
 inline constexpr std::size_t kMaxMovements = 10'000;
 
 enum class PartKind : std::uint8_t { kSession, kLevel, kGoal };
-/// Outcome of a part. kNone: the scene has no game. kOpen: the recording or the try of the level ended without a
-/// result.
+/// Outcome of a part. kNone: the scene has no game. kOpen: the part has no result, because the recording or the attempt
+/// at the level ended before.
 enum class PartOutcome : std::uint8_t { kNone, kReached, kFailed, kOpen };
 
 std::string text_of(PartKind kind);
 std::string text_of(PartOutcome outcome);
 
-/// Measures of a part: a whole session, one try of a level, or a goal. Times count from the user's join. Unknown
+/// Measures of a part: the whole session, one attempt at a level, or a goal. Times count from the user's join. Unknown
 /// numbers are NaN.
 struct PartMeasures {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -33,11 +33,13 @@ struct PartMeasures {
   PartKind kind = PartKind::kSession;
   PartOutcome outcome = PartOutcome::kNone;
   std::string name;
-  double begin_s = 0;       ///< start; a goal starts with its level or, for goals in order, when the previous goal ends
-  double time_s = 0;        ///< duration
-  double moving_s = 0;      ///< total duration of all movements
-  double path_m = 0;        ///< length of the hand's path
-  double score = kUnknown;  ///< points that were gained in this part
+  /// start time. A goal starts with its level; if goals must be reached one after the other, it starts at the end of
+  /// the previous goal
+  double begin_s = 0;
+  double time_s = 0;                                        ///< duration
+  double moving_s = 0;                                      ///< total duration of all movements
+  double path_m = 0;                                        ///< length of the hand's path
+  double score = kUnknown;                                  ///< points that were gained in this part
   double force_mean_n = kUnknown, force_peak_n = kUnknown;  ///< magnitude of the coupling force on the hand
   /// Smoothness of the movements that begin in this part: median and quartiles.
   double smoothness = kUnknown, smoothness_low = kUnknown, smoothness_high = kUnknown;
@@ -48,8 +50,9 @@ struct PartMeasures {
 };
 
 struct SessionMeasures {
-  std::uint64_t recording = 0;  ///< number of the recording, by which a second import of the session is refused
-  std::string begun_utc;        ///< time of the user's join, such as 2026-12-01T10:00:00Z
+  /// unique number of the recording; a recording with the same number cannot be added again
+  std::uint64_t recording = 0;
+  std::string begun_utc;  ///< time of the user's join, such as 2026-12-01T10:00:00Z
   std::string scene;
   bool is_cut = false;                       ///< true: the recording is damaged, and only a part was measured
   std::optional<MotionRange> calibration{};  ///< range of motion before the session; none: no calibration
@@ -64,11 +67,12 @@ struct SessionMeasures {
 /// Measures a session.
 /// In      file  first file of a recording by `tandem-server --record`
 ///         user  name of the user in the recording; empty: the only user with a tool
-///         calibration_s  duration of the calibration, which begins with the user's join, 1..kMaxSession_s; none: the
-///         session contains no calibration
-/// Fails   std::invalid_argument, which names file, field and remedy: the file is not a recording of a room; the user
-///         is not in it, or `user` is empty and there are several; no motion of the user was recorded; less than 1 s of
-///         the calibration was recorded; or a limit is exceeded
+///         calibration_s  duration of the calibration at the start of the session, counted from the user's join,
+///         1..kMaxSession_s; none: the session contains no calibration
+/// Fails   std::invalid_argument, which names file, field and remedy, in these cases:
+///         * The file is not a recording of a room, or a limit such as kMaxParts is exceeded.
+///         * The recording has no such user, or `user` is empty and several users have a tool.
+///         * No motion of the user, or less than 1 s of the calibration was recorded.
 SessionMeasures measure_session(const std::filesystem::path& file, const std::string& user,
                                 std::optional<double> calibration_s = {});
 

@@ -1,4 +1,4 @@
-// Smoothness of a movement as the arc length of its spectrum.
+// Smoothness of a movement, measured as the length of the curve of its speed spectrum.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,8 @@ inline constexpr std::size_t kMaxSpeedSamples = std::size_t{1} << 14U;
 ///         * fc: highest frequency up to 10 Hz at which V ≥ 0.05
 /// Source  Balasubramanian, Melendez-Calderon, Roby-Brami, Burdet, "On the analysis of movement smoothness", J.
 ///         NeuroEng. Rehabil. 12:112, 2015. The limits of 10 Hz and 0.05, and the zero padding to 16 times the length,
-///         are those of the authors' program smoothness.py. That program divides by the largest magnitude. It is the
-///         value at 0 Hz, because a speed is never negative
+///         are those of the authors' program smoothness.py. That program divides the spectrum by its largest magnitude.
+///         This gives the same result, because the spectrum of a speed, which is never negative, is largest at 0 Hz
 /// In      speed    samples at a constant rate, from rest to rest: 3 to kMaxSpeedSamples finite values ≥ 0
 ///         rate_hz  sampling rate, above 20
 /// Fails   returns NaN if the input is out of its range or has no motion

@@ -107,7 +107,7 @@ Table levels_table(const std::string& caption, std::span<const PartMeasures* con
   return table;
 }
 
-/// Returns the table of the goals. Each goal belongs to the last level before it in the list of parts.
+/// Returns the table of the goals. In the list of parts, the goals of a level follow the level.
 Table goals_table(const SessionMeasures& session) {
   Table table = measures_table("Goals", {text_column("Level"), text_column("Goal"), text_column("Outcome")});
   std::string level;

@@ -1,4 +1,4 @@
-// Writes and reads states in recordings: bit-exact, and without range checks.
+// Writes and reads states in recordings. They are stored bit-exactly, so their ranges are not checked.
 #pragma once
 
 #include "common/base/spatial.hpp"

@@ -18,8 +18,8 @@ namespace {
 constexpr std::array<std::string_view, 6> kTopics{"/room", "/step", "/states", "/session", "/tick", "/link"};
 constexpr std::uint32_t kMaxParts = 100'000;
 
-/// Identity of a file within a recording, from its first message. `recording` is 0 if the file was not written by a
-/// program of this project.
+/// Position of a file within a recording, from the first message of the file. `recording` is the random number of the
+/// recording; 0: the file was not written by a program of this project.
 struct PartOf {
   std::uint64_t recording = 0;
   std::uint32_t part = 0;
@@ -84,7 +84,7 @@ class Reading {
   RecordingEnd end;
 
  private:
-  /// Returns false if the file belongs to a different recording.
+  /// Accepts a file by its first message. Returns false if the file belongs to a different recording.
   bool accept_first(const std::filesystem::path& path, const PartOf& own) {
     if (!end.files.empty() && own.recording != recording_) return false;
     if (!end.files.empty() && own.part > part_ + 1) {

@@ -10,7 +10,7 @@
 namespace tandem::proto {
 namespace {
 
-/// Adds the descriptor of a .proto file, after the descriptors of the files that it imports.
+/// Adds the descriptor of a .proto file. The descriptors of the files that it imports are added first.
 void add_file(const google::protobuf::FileDescriptor& file, std::set<std::string>& added,
               google::protobuf::FileDescriptorSet& out) {
   if (!added.insert(file.name()).second) return;

@@ -7,12 +7,12 @@
 
 namespace tandem::server {
 
-/// Writes the scene file of receptor and ligand into a folder. The file name contains a hash of the content, so a
-/// recording of the scene still finds its file later.
+/// Writes a scene file with receptor and ligand into a folder. The file name contains a hash of the content. A later
+/// scene with other content thus does not replace the file, and a recording can still find it.
 ///
 /// Out     path of the file; empty: neither molecule was given
-/// Fails   std::invalid_argument: one of the two molecules is missing, an option of molecules is given without any
-///         molecule, or the folder is empty or cannot be written; docking::MoleculeError, see docking_scene()
+/// Fails   std::invalid_argument: only one of the two molecules is given; or an option for molecules is given without a
+///         molecule; or the folder is empty or cannot be written. docking::MoleculeError: see docking_scene()
 using WriteDockingScene = std::function<std::filesystem::path(const std::filesystem::path& folder)>;
 
 /// Declares --receptor, --ligand and the options that apply to both molecules.

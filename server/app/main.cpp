@@ -215,8 +215,8 @@ void declare(CLI::App& app, Options& options) {
                "print a summary as one JSON object at the end; the ready line then goes to stderr");
 }
 
-/// Returns a line with the time of a step on this machine. Throws if a step takes longer than its period, because in
-/// this case every step would be late.
+/// Returns a note with the duration of a step on this machine. Throws if a step takes longer than its period, because
+/// then every step would be late.
 std::string machine_note(const server::LoadedScene& scene, Duration step) {
   const double rate_hz = scene.description.step_rate_hz(), most_ms = 1e3 / rate_hz, step_ms = to_seconds(step) * 1e3;
   std::ostringstream text;
@@ -230,8 +230,8 @@ std::string machine_note(const server::LoadedScene& scene, Duration step) {
 }
 
 std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, realtime::Output& output) {
-  // --scene is checked here and not by CLI11. If an option is misspelt, CLI11 would report the missing --scene first
-  // and hide the actual mistake.
+  // --scene is checked here and not by CLI11. Otherwise, after a misspelt option, CLI11 would report the missing
+  // --scene instead of the mistake.
   if (options.scenes.empty())
     throw std::invalid_argument(
         "--scene is required, e.g. --scene peg_in_hole, or --receptor and --ligand; see --help");
@@ -307,7 +307,7 @@ std::string invitations(const Options& options, std::uint16_t port, const server
   return lines;
 }
 
-/// Returns a warning if the invitations are useless on other machines, because the server listens on loopback only.
+/// Returns a warning if the server listens on loopback only, so that its invitations cannot be used on other machines.
 /// Otherwise returns an empty string.
 std::string reach_of_invitations(const Options& options) {
   if (options.invitations == 0 || !server::is_loopback(options.bind)) return "";
@@ -325,8 +325,8 @@ void make_dev_certificates(const Options& options, realtime::Output& output) {
              " ...\n  tandem-client --ca ca.pem --token TOKEN ...   (a copy of ca.pem; keep ca-key.pem to yourself)\n");
 }
 
-/// Runs the server until it stops and returns the exit code. The code kFault marks a fault that occurred after the
-/// set-up. In this case a supervisor should restart the program.
+/// Runs the server until it stops, and returns the exit code. The code kFault means that a fault occurred after a
+/// successful set-up, so a supervisor should restart the program.
 int run(server::LiveServer& server, realtime::Output& output) {
   try {
     server.run();
@@ -434,8 +434,7 @@ int serve(const Options& options, realtime::Output& output) {
     machine_notes.push_back(machine_note(room->scene(), server::quickest_step(room->shared_scene())));
   }
   if (ledger) ledger->begin(options.resumes, server::unix_ms_now());
-  // Notes are logged only after the whole set-up has succeeded, so that after a failed set-up the error is the only
-  // output.
+  // Notes are logged only after the whole set-up. If the set-up fails, its error is then the only output.
   for (const std::string& note : machine_notes) output.log("scene", note);
   for (const auto& room : server.rooms()) {
     for (const std::string& note : room->scene().notes) output.log("scene", room->name() + ": " + note);

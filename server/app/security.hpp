@@ -1,4 +1,4 @@
-// Identity of a server and its rules of admission: stored keys, certificates and invitations.
+// Identity of a server and its rules for admitting users: stored keys, certificates and invitations.
 #pragma once
 
 #include <cstdint>
@@ -31,21 +31,20 @@ struct ServerKeys {
   secure::KeyPair issuer;  ///< key pair that signs invitations
   std::string certificate_pem;
 };
-/// Reads the keys of a server, and generates and stores missing ones. A new server key is stored with an empty list of
-/// used invitations.
+/// Reads the keys of a server. Missing keys are generated and stored. Together with a new server key, an empty list of
+/// used invitations is stored.
 /// Fails   std::invalid_argument: a file cannot be read or written, or a key is invalid
 ServerKeys open_keys(const SecurityOptions& options);
 
 /// Path of the file that lists the used invitations (InvitationLedger).
 std::filesystem::path ledger_file(const std::filesystem::path& state);
-/// Locks the folder of keys for one server until the returned object is destroyed. Without the lock, two servers could
-/// each accept the same single-use token.
+/// Locks the state folder of a server until the returned object is destroyed. Two servers with the same folder could
+/// otherwise each accept the same single-use token.
 /// Fails   std::invalid_argument: another server holds the lock, or the lock file cannot be written
 std::shared_ptr<void> lock_state(const std::filesystem::path& state);
 
 std::shared_ptr<const secure::TlsContext> tls_of(const ServerKeys& keys);
-/// Returns the settings with which a server admits users: its own key, and the keys whose tokens it accepts.
-/// Converts the keys and the options of the command line to rules of admission.
+/// Returns the settings with which a server admits users: the id of its key, and the keys whose tokens it accepts.
 /// Fails   std::invalid_argument: one of the issuers is not a valid key
 AdmissionSettings admission_of(const ServerKeys& keys, const SecurityOptions& options);
 
@@ -63,15 +62,15 @@ struct Invited {
 /// Parses the value of --valid, a time with its unit such as "15min". The limit is 30 days.
 /// Fails   std::invalid_argument: not a time, or too long; the message names value, limit and remedy
 Duration valid_for(const std::string& text);
-/// Returns a join token with these rights for one server, signed by `issuer`.
-/// Issues a join token for the rights in `invited`, valid for the server with the key id `audience`.
+/// Returns a join token that grants the rights in `invited`, is valid for the server with the key id `audience`, and is
+/// signed by `issuer`.
 /// Fails   std::invalid_argument: a value is out of the range in proto/join_token.hpp
 proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, const secure::KeyPair& issuer);
 
 /// Returns a line of the form "invitation (one manipulator, until 2026-11-22 05:15 UTC): tandem-client --join …".
 std::string invitation_line(const Invited& invited, const std::string& server, const ServerKeys& keys);
 
-/// Returns whether clients on other machines cannot reach a server that listens at this address.
+/// Returns whether the address is a loopback address, on which clients on other machines cannot reach the server.
 bool is_loopback(const std::string& address);
 /// Returns the public address of this machine: the first IPv4 address of a network interface that is up. If there is
 /// none and `may_be_v6`, returns the first IPv6 address that is not link-local; otherwise 127.0.0.1.

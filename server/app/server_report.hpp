@@ -7,8 +7,8 @@
 
 namespace tandem::server {
 
-/// Returns the report of a stopped server. The name of a field ends with the unit of its value; latencies are quantiles
-/// in microseconds.
+/// Returns the report of a stopped server. The names of its fields end with the unit of the value. Latencies are given
+/// as quantiles in microseconds.
 /// In      recorder  already finished; null: no recording
 boost::json::object report_json(const LiveServer& server, const ServerRecorder* recorder = nullptr);
 

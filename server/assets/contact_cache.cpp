@@ -21,7 +21,7 @@ std::filesystem::path kept_contact_file(const std::filesystem::path& folder, con
   return folder / (proto::hex(key) + ".contact");
 }
 
-// Each file begins with its key, so that a renamed file is detected.
+// Reads the cached asset after its key. Each file begins with its key, so that a renamed file is detected.
 std::vector<std::uint8_t> read_kept_contact(const std::filesystem::path& file, const proto::Sha256& key) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) return {};

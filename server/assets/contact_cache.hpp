@@ -1,5 +1,5 @@
-// Cache of the contact assets of meshes, in a folder. Other programs may write to that folder, so every entry is
-// checked when it is read.
+// Cache of contact assets: the data from which contact shapes of meshes are loaded. It is a folder to which other
+// programs may write, so every entry is checked when it is read.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ proto::Sha256 contact_key(const geometry::ContactMesh& mesh, const contact::Cont
 
 std::filesystem::path kept_contact_file(const std::filesystem::path& folder, const proto::Sha256& key);
 
-/// Returns the bytes of a cached asset, or an empty vector if the file does not begin with `key`. contact_shape_from()
-/// parses and checks them later.
+/// Returns the bytes of a cached asset. Returns an empty vector if the file does not begin with `key`. The caller
+/// checks the bytes with contact_shape_from().
 std::vector<std::uint8_t> read_kept_contact(const std::filesystem::path& file, const proto::Sha256& key);
 
 /// Writes an asset to the cache.

@@ -21,13 +21,13 @@
 namespace tandem::server {
 namespace {
 
-/// Length scale for small molecules. For larger molecules, the scale is such that the larger radius of gyration becomes
-/// kGyrationRadius_m, the size of an object in the hand.
+/// Length scale for small molecules, and the limit for larger ones. The scale of a larger molecule is chosen such that
+/// its radius of gyration becomes kGyrationRadius_m, that of an object in the hand.
 constexpr double kMetresPerAngstrom = 0.01, kGyrationRadius_m = 0.08;
 constexpr double kApart_angstrom = 8;
 constexpr double kZeroArea_kt = 1;
-/// Largest number of atom pairs that a scene file may request explicitly. At this number a step takes about 20 s on one
-/// core.
+/// Largest number of atom pairs for a field without cut-off that a scene file may request. With so many pairs a step
+/// takes about 20 s on one core.
 constexpr std::size_t kMaxPairs = 2'000'000'000;
 constexpr double kMass_kg = 0.2;
 /// Display colours (red, green, blue) of the two tools that hold the molecules.
@@ -37,7 +37,7 @@ StructureSource structure_source(const wire::MoleculeSource& message) {
   return {message.file(), {{message.chains().begin(), message.chains().end()}}, hydrogens_of(message.hydrogens())};
 }
 
-/// Loads a molecule, and writes to `message` which hydrogens were chosen.
+/// Loads a molecule, and writes the applied choice of hydrogens to `message`.
 docking::Molecule load(wire::MoleculeSource& message, const std::string& force_field_directory,
                        const StructureSource& beside) {
   const StructureSource source = structure_source(message);
@@ -53,13 +53,14 @@ double rounded(double value, double step) {
   return std::round(value / step) * step;
 }
 
-/// Returns the length scale of the scene [m/Å]. The size of the larger molecule is limited, because a hand resists only
-/// a small torque: contact far from the centre of a large object would twist it out of the hand.
+/// Returns the length scale of the scene [m/Å]. The size of the larger molecule is limited: a hand resists only a small
+/// torque, and a contact far from the centre of a large object would twist the object out of the hand.
 /// In      a, b  positions relative to their own centres
 double metres_per_angstrom(const docking::Molecule& a, const docking::Molecule& b) {
   const double radius_angstrom = std::max(a.gyration_radius_angstrom(), b.gyration_radius_angstrom());
   const double scale = kGyrationRadius_m / radius_angstrom;
-  // With three significant digits, the scale of a very large molecule is not rounded to 0.
+  // The scale is rounded to three significant digits, not to a fixed number of decimals, because that of a very large
+  // molecule would become 0.
   return std::min(kMetresPerAngstrom, rounded(scale, std::pow(10, std::floor(std::log10(scale)) - 2)));
 }
 
@@ -68,7 +69,7 @@ void append_rounded(Numbers* out, const Vec3& values, double step) {
   for (const double value : values) out->Add(rounded(value, step));
 }
 
-/// Places a molecule at `y_m` on the line of centres, which `q` rotates to the y axis.
+/// Places a molecule at `y_m` on the y axis. `q` rotates the scene such that the line of centres becomes the y axis.
 void place(wire::Placement& placement, double y_m, const Quat& q) {
   append_rounded(placement.mutable_position_m(), {0, y_m, 0}, 1e-6);
   const Vec3 zyx = q.toRotationMatrix().eulerAngles(2, 1, 0);
@@ -93,9 +94,9 @@ void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource
   append_rounded(tool.mutable_placement()->mutable_position_m(), {0, y_m, 0}, 1e-6);
 }
 
-/// Sets the default coupling law. At kMetresPerAngstrom, the scale of small molecules, the translational stiffness is
-/// 500 N/m. It is inversely proportional to the length scale. Reason: the force on a ligand in a narrow passage depends
-/// on the lag in ångström, and at a smaller scale 1 Å corresponds to fewer metres of the hand.
+/// Sets the default coupling law. The translational stiffness is 500 N/m at kMetresPerAngstrom, and inversely
+/// proportional to the length scale. The force on a ligand in a narrow passage depends on the lag in ångström. At a
+/// smaller scale, 1 Å corresponds to a shorter distance of the hand, so the same force needs a higher stiffness.
 void set_coupling(wire::Coupling& coupling, double metres_per_angstrom) {
   constexpr double kMaxTurn = 1.75;
   const double stiffer = kMetresPerAngstrom / metres_per_angstrom, turn = std::min(stiffer, kMaxTurn);
@@ -141,7 +142,7 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   }
   molecular.set_cutoff_angstrom(model.cutoff_angstrom);
   molecular.set_far_grid(model.has_far_grid);
-  // The search for the contact distance evaluates only short distances, so it needs no far-field grid.
+  // The search for the contact distance uses only the short-range Lennard-Jones energy, so it needs no far-field grid.
   model.has_far_grid = false;
   if (model.cutoff_angstrom == 0 && pairs > docking::kMaxAllPairs) {
     model.cutoff_angstrom = docking::kUsualCutoffAngstrom;

@@ -14,7 +14,7 @@ namespace tandem::server {
 ///   hydrogens     those of the file; if the file has none, they are built
 ///   dielectric    ε = 4r, where r is the distance of two atoms in Å
 ///   atom pairs    all pairs, if there are at most a million; otherwise choose_field() sets a cut-off
-///   zero area     no force is displayed below 1 kT above the minimum; only for at most a million pairs
+///   zero area     no force at energies less than 1 kT above the minimum; only for at most a million atom pairs
 ///   force scale   the strongest attraction becomes 1 N
 ///   length scale  10 mm for 1 Å; less if the larger radius of gyration would exceed 80 mm
 ///

@@ -18,11 +18,11 @@ using docking::Molecule;
 constexpr std::size_t kMaxReferencePairs = 200'000'000;
 /// Cut-off of the reference sum if there are more than kMaxReferencePairs pairs.
 constexpr double kReferenceCutoff_angstrom = 40;
-/// Number of pairs within a cut-off that one AVX-512 core sums in a third of a millisecond. docking::kMaxAllPairs is
-/// the corresponding number without a cut-off.
+/// Number of pairs within the cut-off that one core with AVX-512 sums in a third of a millisecond. Without a cut-off,
+/// docking::kMaxAllPairs pairs take as long.
 constexpr std::size_t kMaxNearPairs = 200'000;
-/// Distances of B from contact at which the fields are evaluated. The distance 0 comes last, because WellCheck::pairs
-/// is counted in the last evaluation.
+/// Distances between molecule B and its contact position at which the fields are evaluated. The distance 0 comes last,
+/// because WellCheck::pairs is the number of pairs in the last evaluation.
 constexpr std::array kOut_angstrom{5.0, 3.5, 2.0, 1.0, 0.5, 0.0};
 constexpr std::array kCutoffs_angstrom{8.0, 9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0, 25.0, 30.0};
 

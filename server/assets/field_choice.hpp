@@ -1,4 +1,5 @@
-// Chooses the default field between two molecules, and checks how well a field reproduces the energy well.
+// Chooses the default field between two molecules, and checks how well a field reproduces the energy well (the
+// attractive region near contact).
 #pragma once
 
 #include <cstddef>
@@ -10,7 +11,7 @@
 
 namespace tandem::server {
 
-/// Largest error of a field, as a fraction of the well depth, for which the user gets no warning.
+/// Largest error of a field without a warning to the user, as a fraction of the depth of the energy well.
 inline constexpr double kKeptWell = 0.05;
 
 /// Comparison of a field with the sum over all pairs, along a straight approach of the molecules.
@@ -23,8 +24,8 @@ struct WellCheck {
   bool is_kept() const { return error_kj_per_mol <= -kKeptWell * well_kj_per_mol; }
 };
 
-/// Returns a function that checks a given field along a straight approach of B to A. The approach ends at contact and
-/// begins 5 Å before it. The molecules have the orientations of their files.
+/// Returns a function that compares a given field with the sum over all pairs. B approaches A along a straight line,
+/// from 5 Å before contact to contact. Both molecules have the orientations of their files.
 ///
 /// In      a, b         positions relative to their own centres; must outlive the returned function
 ///         model        defines the dielectric
@@ -33,10 +34,11 @@ struct WellCheck {
 std::function<WellCheck(const docking::FieldModel&)> way_in(const docking::Molecule& a, const docking::Molecule& b,
                                                             const docking::FieldModel& model, const Vec3& direction_A);
 
-/// Chooses cut-off and grid by docking::choose_cutoff(). If that function finds no grid for a large pair, the smallest
-/// acceptable cut-off is chosen. A cut-off is acceptable under two conditions: the error of the energy well is less
-/// than kKeptWell, and the cost is at most a third of a millisecond of an AVX-512 core. If no cut-off is acceptable,
-/// the one with the smallest error at that cost is chosen.
+/// Sets cut-off and far-field grid of `model`, in this order of preference:
+/// 1. Those of docking::choose_cutoff().
+/// 2. For a large pair without a grid, the smallest acceptable cut-off. With it the error of the energy well is less
+///    than kKeptWell, and the cost is at most a third of a millisecond of a core with AVX-512.
+/// 3. The cut-off with the smallest error among those that meet the limit of the cost.
 ///
 /// In      model        defines the dielectric
 ///         offset_A     vector from the centre of A to that of B [Å]
@@ -46,8 +48,8 @@ void choose_field(const docking::Molecule& a, const docking::Molecule& b, const 
 /// Returns the unit vector along the line of centres; y if the centres coincide.
 Vec3 line_of_centres(const Vec3& offset_A);
 
-/// Returns a note for the user: the error of a field with a cut-off as a fraction of the well depth, with a remedy if
-/// the error is too large.
+/// Returns a note for the user: the error that a field with a cut-off has, as a fraction of the well depth. If the
+/// error exceeds kKeptWell, the note includes a remedy.
 std::string well_note(const WellCheck& check);
 
 }  // namespace tandem::server

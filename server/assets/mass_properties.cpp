@@ -13,8 +13,8 @@ namespace {
 
 using Mat3 = Eigen::Matrix3d;
 
-/// A solid of density 1: its volume, centre, and second moment S = Σ x xᵀ about the centre. The inertia tensor is
-/// trace(S)·1 − S; S is stored because its rotation and shift are simpler.
+/// Moments of a solid of density 1: volume, centre, and second moment S = Σ x xᵀ about the centre. S is stored instead
+/// of the inertia tensor trace(S)·1 − S, because S is simpler to rotate and shift.
 struct Solid {
   double volume = 0;
   Vec3 centre = Vec3::Zero();
@@ -31,8 +31,8 @@ Solid capsule(double radius, double length) {
   const double r2 = radius * radius;
   const double tube = pi * r2 * length;
   const double ball = 4.0 / 3.0 * pi * r2 * radius;
-  // The centroid of a hemisphere is 3r/8 from its flat side, so its second moment along z is ∫z² = l²/4 + 2·(l/2)(3r/8)
-  // + r²/5 per volume.
+  // Second moment of a hemisphere along z: its flat side is at z = l/2, and its centroid is 3r/8 beyond it. Per volume,
+  // ∫z² is therefore l²/4 + 2·(l/2)(3r/8) + r²/5.
   const double along = tube * length * length / 12 + ball * (length * length / 4 + 3 * length * radius / 8 + r2 / 5);
   const double across = tube * r2 / 4 + ball * r2 / 5;
   return {tube + ball, Vec3::Zero(), Vec3(across, across, along).asDiagonal()};
@@ -91,8 +91,8 @@ void add(Solid& sum, const Solid& part) {
   sum.volume = volume;
 }
 
-/// Sets the principal axes. If the axes of the body frame B are principal axes, they are kept, so that symmetric bodies
-/// keep their frame.
+/// Sets the principal axes. If the axes of the body frame B are principal axes already, they are used unchanged.
+/// Symmetric bodies thus keep their frame.
 void set_inertia(MassProperties& properties, const Mat3& second_moment) {
   const Mat3 inertia = second_moment.trace() * Mat3::Identity() - second_moment;
   const Mat3 coupled = inertia - inertia.diagonal().asDiagonal().toDenseMatrix();

@@ -9,8 +9,8 @@
 
 namespace tandem::server {
 
-/// Returns the mass properties of solids of equal density. The mass in overlaps of two shapes counts twice. A sheet is
-/// replaced by its convex hull.
+/// Returns the mass properties of solids of equal density. Where two shapes overlap, the volume counts twice. A sheet
+/// encloses no volume and is replaced by its convex hull.
 /// Fails   std::domain_error: the shapes enclose no volume (a flat mesh)
 MassProperties mass_properties_of(double mass_kg, const std::vector<SolidShape>& shapes);
 

@@ -33,13 +33,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Limit of wall-clock time, as a multiple of the limit of processor time. The reader may have to share the processor.
+// Limit of wall-clock time, as a multiple of the limit of processor time, because other programs may use the processor
+// as well.
 constexpr int kMaxWaitShare = 10;
 /// Limit of the number of additional files (buffers) of one mesh file.
 constexpr std::size_t kMaxBeside = 64;
-/// Size of a .gltf up to which its buffer files are looked up. A larger file is assumed to contain its data itself.
+/// Largest .gltf in which the names of buffer files are looked up. A larger file is assumed to contain its buffers.
 constexpr std::size_t kMaxDescription = std::size_t{4} << 20U;
-/// Range of plausible sizes of objects touched by hand. Other sizes are allowed, but often result from a missing scale.
+/// Range of plausible sizes of objects that are touched by hand. Other sizes are allowed, but often mean that the scale
+/// of the file is missing.
 constexpr double kMinPlausible_m = 1e-3, kMaxPlausible_m = 3;
 
 /// Returns the remedy for a missing file: the Debian package of its folder, or the text `otherwise` if there is none.
@@ -245,7 +247,7 @@ class ReaderProcess {
     refuse_without_reader(file_, error);
   }
 
-  /// Reads the next piece, waiting at most 0.1 s. Returns false at the end of the reply.
+  /// Appends the next bytes of the reply, after a wait of at most 0.1 s. Returns false at the end of the reply.
   bool read_more(std::vector<std::uint8_t>& reply) const {
     pollfd ready{output_->get(), POLLIN, 0};
     if (poll(&ready, 1, 100) <= 0) return true;
@@ -289,8 +291,8 @@ class ReaderProcess {
   pid_t pid_ = -1;
 };
 
-/// Decodes the reply of the reader. Returns nothing unless the bytes are exactly a mesh of bounded size with indices in
-/// range. A reader that has parsed a hostile file may be compromised, so its reply is checked.
+/// Decodes the reply of the reader. Returns a mesh only if the reply is exactly a mesh of bounded size whose indices
+/// are in range. The reply is checked because a hostile file may have compromised the reader.
 std::optional<geometry::TriangleMesh> mesh_of_reply(std::span<const std::uint8_t> reply) {
   ByteReader reader(reply);
   const std::uint8_t kind = reader.number<std::uint8_t>();
@@ -313,7 +315,7 @@ std::optional<geometry::TriangleMesh> mesh_of_reply(std::span<const std::uint8_t
   return mesh;
 }
 
-/// Replaces the name that the reader program uses for the file by the real name, in a message.
+/// Replaces the name that the reader program uses in its messages, mesh.FORMAT, by the real name of the file.
 std::string named_as(const fs::path& file, std::string text) {
   const std::string extension = file.extension().string();
   const std::string name = "mesh." + (extension.empty() ? "" : extension.substr(1));

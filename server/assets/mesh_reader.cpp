@@ -25,7 +25,8 @@
 #include "server/assets/meshes/triangles.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
-// AddressSanitizer needs an unlimited address space. Therefore the size of single allocations is limited instead.
+// AddressSanitizer needs an unlimited address space, so RLIMIT_AS cannot be used. Instead, the size of a single
+// allocation and the resident memory are limited.
 extern "C" const char* __asan_default_options() {
   return "max_allocation_size_mb=3000:hard_rss_limit_mb=4000:detect_leaks=0";
 }
@@ -44,8 +45,8 @@ void limit(__rlimit_resource resource, std::size_t value) {
   setrlimit(resource, &both);
 }
 
-/// Limits memory, time and files of this process. It is called after the program's libraries are loaded, because from
-/// then on no file can be opened.
+/// Limits memory, time and files of this process. It is called after the program's libraries are loaded, because the
+///        process cannot open any file from then on.
 void limit_resources(std::size_t file_bytes) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   limit(RLIMIT_AS, address_space_limit(file_bytes));
@@ -108,14 +109,14 @@ std::span<const std::byte> without_mark(std::span<const std::byte> bytes) {
   return bytes.subspan(text_of(bytes).starts_with("\xEF\xBB\xBF") ? 3 : 0);
 }
 
-/// Returns whether Assimp's single-precision coordinates of an .obj are exact enough. If so, they are used unchanged,
-/// because the keys of cached contact shapes depend on them.
+/// Returns whether the vertices of an .obj can be used as Assimp reads them, in single precision, because they are
+/// exact enough. They are then used unchanged, because the keys of cached contact shapes depend on their bits.
 bool is_ordinary(const Extent& extent) {
   constexpr double kMinSize = 1e-2, kMaxSize = 1e6, kFarthest = 4;
   return extent.size >= kMinSize && extent.size <= kMaxSize && extent.farthest <= kFarthest * extent.size;
 }
 
-/// Returns whether Assimp's vertices fill the same box as the vertices in the file.
+/// Returns whether the vertices that Assimp has read have the same bounding box as those in the file.
 bool is_same_box(const Extent& extent, const geometry::TriangleMesh& mesh) {
   constexpr double kMaxShare = 1e-5;
   Eigen::AlignedBox3d box;
@@ -201,6 +202,6 @@ int main(int argc, char** argv) {
   if (argc != 2 || bytes.empty()) return kBadCall;
   limit_resources(bytes.size());
   const bool is_written = write_all(import(bytes, lower_case(argv[1])));
-  // The importer's destructor is skipped: the system frees the memory faster.
+  // The importer's destructor is skipped, because the system frees the memory of a process faster.
   _exit(is_written ? 0 : kBadCall);
 }

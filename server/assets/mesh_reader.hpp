@@ -1,6 +1,6 @@
-// Interface between mesh_file and the program tandem-mesh-reader. Parsers of mesh files trust the sizes that a file
-// declares: with a file of 250 bytes that declared two billion vertices, Assimp allocated 19 GB. Therefore a separate
-// process parses each file. It has bounded memory and time, opens no files, and may crash:
+// Interface between mesh_file and the program tandem-mesh-reader, which parses each mesh file in a separate process.
+// Parsers of mesh files trust the sizes that a file declares. For example, Assimp allocated 19 GB for a file of 250
+// bytes that declared two billion vertices. The process has bounded memory and time, opens no files, and may crash:
 //
 //   tandem-mesh-reader FORMAT      FORMAT  the file's extension without the dot
 //   standard input                 the file and its additional files (buffers of a .gltf), from a descriptor of known
@@ -16,8 +16,8 @@
 
 namespace tandem::server::mesh_reader {
 
-/// Limits for one file. Within these limits, clients can fetch the asset and the server can build its contact shape in
-/// reasonable time.
+/// Limits of a file and of its number of triangles. Within them, clients can fetch the asset and the server can build
+///        its contact shape in reasonable time.
 inline constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20U;
 inline constexpr std::size_t kMaxTriangles = 1'000'000;
 inline constexpr std::size_t kMaxVertices = 3 * kMaxTriangles;
@@ -30,8 +30,9 @@ inline constexpr int kOutOfMemory = 3;
 /// Number of bytes of the largest mesh reply.
 inline constexpr std::size_t kMaxReplyBytes = 9 + kMaxVertices * 24 + kMaxTriangles * 12;
 
-/// Memory limit of the reader. Measured use with a million triangles, per byte of the file: 27 bytes for obj and binary
-/// stl, 22 for binary ply, 9 to 10 for text ply, off and stl. The libraries use 60 MiB.
+/// Memory limit of the reader: 384 MiB, and 40 bytes per byte of the file. Measured with a million triangles, the
+/// reader uses 60 MiB for libraries, and per byte of the file: 27 bytes for obj and binary stl, 22 for binary ply, 9 to
+/// 10 for text ply, off and stl.
 constexpr std::size_t address_space_limit(std::size_t file_bytes) {
   return (std::size_t{384} << 20U) + 40 * file_bytes;
 }

@@ -35,15 +35,16 @@ constexpr double kCoarseStep_angstrom = 1, kFineStep_angstrom = 0.1;
 constexpr double kSearchOut_angstrom = 4, kSearchIn_angstrom = 2;
 constexpr double kAside_angstrom = 6;
 constexpr int kSides = 6;
-/// Parameters of pulling one molecule out of the other: number of directions, descent steps at the start, and descent
-/// steps after each displacement.
+/// Parameters of the simulation in which one molecule is pulled out of the other: kExits directions, kSettlingSteps
+/// descent steps at the start, and kSlidingSteps descent steps after each displacement.
 constexpr int kExits = 24, kSettlingSteps = 40, kSlidingSteps = 10;
 constexpr double kBlocked_kcal_per_mol = 50, kHopeless_kj_per_mol = 1e9;
 constexpr double kDrawStep_angstrom = 0.25, kSlide_angstrom = 0.1;
 /// Attraction below which two molecules are treated as not attracting each other [kcal/mol/Å].
 constexpr double kNoPull = 1e-3;
-/// Minimum depth of the energy well below the zero area (energies near the minimum without displayed force) [kT]. With
-/// less depth no attraction could be felt.
+/// Minimum depth at which an attraction is displayed [kT]. A scene may have a zero area, a range of energies near the
+/// minimum in which no force is displayed. The depth is the energy difference between the upper end of that range and
+/// molecules far apart. With less depth, no attraction could be felt.
 constexpr double kFelt_kt = 3;
 
 double extent_angstrom(const Molecule& molecule) {
@@ -69,13 +70,13 @@ Vec3 side(int index, int count) {
 docking::MolecularField field_of(const Molecule& a, const Molecule& b, FieldModel model, bool has_charges) {
   if (!has_charges) model.dielectric = docking::Dielectric::kNone;
   model.has_far_grid = model.has_far_grid && has_charges;
-  // The portable kernel gives the same numbers on every CPU, so recordings and checkpoints match the scene on other
-  // machines. With a far-field grid the portable kernel would take seconds, so the default kernel is used in this case.
-  // Rounding to four digits removes the differences between kernels.
+  // The portable kernel gives the same numbers on every CPU, so a recording or checkpoint fits the scene on other
+  // machines, too. With a far-field grid it would take seconds. The default kernel is used then, and rounding to four
+  // digits removes the differences between kernels.
   return {a, b, model, model.has_far_grid ? "" : "portable"};
 }
 
-/// Result of the approach of two molecules along a line. Distances are in Å.
+/// Result of the approach of two molecules along a line. `contact` and `best` are distances between their centres [Å].
 struct Way {
   Vec3 direction_A;
   double contact = 0;
@@ -97,7 +98,8 @@ class Approach {
         farthest_(extent_angstrom(a) + extent_angstrom(b) + kAside_angstrom),
         gyration_(b.gyration_radius_angstrom()) {}
 
-  /// Returns the contact distance by the Lennard-Jones energy only, because charges may repel at much larger distances.
+  /// Returns the distance at contact. Only the Lennard-Jones energy is used, because charges may repel at much larger
+  /// distances.
   double contact(const Vec3& direction_A) {
     double distance = farthest_;
     while (distance > 0 && at(repulsion_, direction_A, distance).first < kTouching_kcal_per_mol)
@@ -120,9 +122,9 @@ class Approach {
     return way;
   }
 
-  /// Returns how strongly A holds B at `place`: the largest force [kcal/mol/Å] against pulling B out, in the direction
-  /// in which that force is smallest. Sideways motion and rotation are free. Returns 0 if nothing holds B, or if every
-  /// direction is blocked.
+  /// Returns how strongly A holds B at `place` [kcal/mol/Å]. B is pulled out in several directions, with free sideways
+  /// motion and rotation. Each pull has a largest resisting force, and the result is the smallest of these forces. It
+  /// is 0 if nothing holds B, or if every direction is blocked.
   ///
   /// In      report  called with the completed fraction, 0 to 1
   template <class Report>
@@ -152,7 +154,7 @@ class Approach {
     return std::isfinite(easiest) ? easiest : 0;
   }
 
-  /// Returns the energy [kcal/mol] at the point of the approach where the repulsive force first reaches `push`
+  /// Returns the energy [kcal/mol] at the first point of the approach at which the repulsive force reaches `push`
   /// [kcal/mol/Å].
   double energy_of_push(const Way& way, double push) {
     double energy = 0;
@@ -172,7 +174,8 @@ class Approach {
             result.force_on_b.dot(direction_A) / kKilojoulesPerKilocalorie};
   }
 
-  /// Descends in energy with steps perpendicular to `held_A`. Returns the field at the last pose.
+  /// Lowers the energy by steps perpendicular to `held_A`, so that the displacement along `held_A` does not change.
+  /// Returns the field at the last pose.
   docking::FieldResult descend(Pose& X, const Vec3& held_A, int steps) {
     docking::FieldResult here = field_.evaluate(X);
     double way = kSlide_angstrom;
@@ -256,9 +259,9 @@ class Probe {
     return least;
   }
 
-  /// Returns the lowest energy of the descents from two starts: the pose in the files, and the best position of all
-  /// approaches. Returns 0 if the molecules do not attract each other.
-  /// Fails   std::invalid_argument: too many atoms
+  /// Returns the lowest energy that two descents find [kcal/mol]. One starts at the pose in the files, the other at the
+  /// best position of all approaches. Returns 0 if the molecules do not attract each other.
+  /// Fails   std::invalid_argument: a pair of molecules has more than kMaxToMinimise pairs of atoms
   double minimum() const {
     double least = 0;
     for (const Pair& pair : pairs_) {
@@ -286,9 +289,9 @@ class Probe {
   /// Fraction of the total work that the approaches need; used for the progress report.
   static constexpr double kPartOfWays = 0.3;
 
-  /// Returns the field model for the probe. If there are too many pairs to evaluate all of them in a simulation step,
-  /// the model gets a cut-off and a far-field grid. Otherwise the thousands of evaluations of the probe would take
-  /// minutes. Their results are rounded to four digits.
+  /// Returns the field model with which the molecules are probed. If the pairs are too many to be all evaluated in a
+  /// simulation step, the model gets a cut-off and a far-field grid. The probe needs thousands of evaluations, which
+  /// would otherwise take minutes.
   static FieldModel probed(const Molecule& a, const Molecule& b, FieldModel model) {
     if (model.cutoff_angstrom == 0) docking::choose_cutoff(a, b, model);
     return model;

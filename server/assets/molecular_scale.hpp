@@ -1,4 +1,5 @@
-// Finds the scale of the interaction between molecules by probing them, for scenes that leave the scale open.
+// Finds numbers that a scene with molecules leaves open, such as the scale of forces, by moving the molecules and
+// evaluating their energy (probing).
 #pragma once
 
 #include <functional>
@@ -13,8 +14,8 @@
 
 namespace tandem::server {
 
-/// Returns the distance of `b` from the origin of `a` along `direction_A` at contact [Å]. At every larger distance the
-/// Lennard-Jones energy is at most 5 kcal/mol.
+/// Returns the distance of `b` from the origin of `a` along `direction_A` at contact [Å]. Contact is where the
+/// Lennard-Jones energy first exceeds 5 kcal/mol when `b` approaches.
 /// In      a, b  positions relative to their own centres; b has the orientation of a
 double contact_distance_angstrom(const docking::Molecule& a, const docking::Molecule& b,
                                  const docking::FieldModel& model, const Vec3& direction_A);
@@ -24,8 +25,8 @@ double contact_distance_angstrom(const docking::Molecule& a, const docking::Mole
 std::pair<Pose, double> minimum_near(const docking::Molecule& a, const docking::Molecule& b,
                                      const docking::FieldModel& model, const Pose& X_AB_angstrom);
 
-/// Progress callback for molecules with more than a million pairs. Its arguments are the current task and the completed
-/// fraction of it (0..1).
+/// Progress callback, called only for molecules with more than a million pairs of atoms. Its arguments are a
+/// description of the current task and its completed fraction (0..1).
 using ScaleProgress = std::function<void(const std::string& what, double done)>;
 
 /// Fills in those numbers of `field` that are 0, which means "to be found":
@@ -34,10 +35,12 @@ using ScaleProgress = std::function<void(const std::string& what, double done)>;
 /// * minimum_kcal_per_mol, if the field has a zero area (energies near the minimum without displayed force): the lowest
 ///   energy of two descents, from the best approach and from the pose in the files.
 ///
-/// Each pair of molecules is probed in two ways. First, the molecules approach each other in the orientation of their
-/// files, along their line of centres and from six sides. Second, one molecule is pulled out of its pose in the files
-/// in 24 directions, with free sideways motion; the direction with the least resistance counts. A zero area that would
-/// contain all attraction is removed.
+/// Each pair of molecules is probed in two ways:
+/// 1. The molecules approach each other in the orientation of their files: along their line of centres, and from six
+///    sides.
+/// 2. One molecule is pulled out of its pose in the files in 24 directions, with free sideways motion. The direction
+///    with the least resistance counts.
+/// If the zero area would contain all attraction, it is removed.
 ///
 /// In      molecules      positions relative to their own centres
 ///         centres        centre of each molecule in its file [Å]

@@ -26,7 +26,8 @@ PoseMinimiser::PoseMinimiser(const docking::Molecule& a, const docking::Molecule
 
 /// Returns the pose of the next step; nothing if there is no further step.
 std::optional<Pose> PoseMinimiser::next() {
-  // Rotations are scaled by the distance of the farthest atom, so that they have the unit of that atom's displacement.
+  // The components of rotation are multiplied by the distance of the farthest atom. They then have the unit of length,
+  // like those of translation.
   Vector6 push, scale;
   push << here_.force_on_b, here_.torque_on_b;
   scale << 1, 1, 1, radius_, radius_, radius_;

@@ -7,10 +7,11 @@
 
 namespace tandem::server {
 
-/// Descends from a pose. Every accepted step lowers the energy.
+/// Descends in energy from a given pose of two molecules. Every accepted step lowers the energy.
 ///
-/// Model   Levenberg-Marquardt steps with the 6×6 gradient of exact_field(). A step is limited to 0.5 Å of translation,
-///         and to a rotation that moves the farthest atom by 0.5 Å. Ends when a step gains less than 1e-6 kcal/mol
+/// Model   Levenberg-Marquardt steps with the 6×6 gradient of exact_field(). A step translates by at most 0.5 Å, and
+///         rotates such that the farthest atom moves by at most 0.5 Å. The descent ends when a step gains less than
+///         1e-6 kcal/mol
 class PoseMinimiser {
  public:
   static constexpr int kMaxSteps = 200;

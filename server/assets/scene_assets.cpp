@@ -21,14 +21,14 @@
 namespace tandem::server {
 namespace {
 
-/// Mesh size above which cell sizes and spacings grow in proportion to the size. With constant cell sizes, large meshes
-/// would need too much memory.
+/// Mesh size above which cell sizes and point spacings grow in proportion to the size. Constant cell sizes would need
+/// too much memory for large meshes.
 constexpr double kFullResolutionSize_m = 0.2;
 constexpr const char* kMillimetres = "0.001 if the file is in millimetres";
 
-/// Size of a contact asset [bytes] above which a coarse asset is made in addition. Clients use the coarse asset until
-/// they have received the full one. The factors below multiply cell sizes, tolerance and point distances of the full
-/// asset.
+/// Size of a contact asset [bytes] above which a coarse asset is made as well. Clients use the coarse asset until they
+/// have received the full one. The factors below are multiples of the cell size, the tolerance and the point spacing of
+/// the full asset.
 constexpr std::size_t kMaxBytesWithoutCoarse = 200 * 1024;
 constexpr double kCoarseCells = 4;
 constexpr double kCoarseTolerance = 8;
@@ -86,8 +86,8 @@ auto or_refused(const SceneField& field, const Read& read) {
   }
 }
 
-/// Aborts a build that takes too long. It is called from the progress callback, where an exception discards the partial
-/// result.
+/// Stops a build that takes too long, by an exception. It is called in the progress callback of the build, and the
+/// partial result is discarded.
 [[noreturn]] void refuse_long_build(Duration allowed, double done) {
   throw geometry::MeshError("the scene's meshes take longer than " + number_text(to_seconds(allowed)) +
                             " s to be made ready for touch, and this one was done by " +
@@ -112,7 +112,7 @@ void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesys
   const double largest = bounds.sizes().maxCoeff();
   if (message.largest_size_m() > 0) message.set_scale(message.largest_size_m() / largest);
   message.set_largest_size_m(largest * message.scale());
-  // Clients receive both values and check them against the same ranges, so the server checks both.
+  // Clients check both the scale and the size against these ranges, so the server checks both as well.
   if (!proto::scene_range("Mesh.largest_size_m").accepts(message.largest_size_m())) {
     field.refuse("is " + file.string() + ", which is " + number_text(message.largest_size_m()) +
                  " m large; give largest_size_m or another scale (" + kMillimetres + ")");
@@ -285,7 +285,7 @@ void SceneAssets::add_user_note(const std::string& note) {
 }
 
 bool SceneAssets::offer(Asset asset) {
-  // Two surfaces may have drawings with equal bytes, so `coarse_of` is compared as well.
+  // Drawings of two surfaces may have equal bytes, so `coarse_of` is compared in addition to the hash.
   const auto is_same = [&asset](const Asset& other) {
     return other.sha256 == asset.sha256 && other.coarse_of == asset.coarse_of;
   };

@@ -1,6 +1,6 @@
-// Reads the files that a scene names: each file is read once, hashed, and converted to a mesh or a molecule. Contact
-// shapes are built here as well, in milliseconds for primitives and in seconds for meshes, unless the disk cache
-// contains them.
+// Reads the files that a scene names. Each file is read once, hashed, and converted to a mesh or a molecule. Contact
+// shapes are built as well. This takes milliseconds for a primitive and seconds for a mesh, unless the disk cache
+// contains its shape.
 #pragma once
 
 #include <filesystem>
@@ -28,8 +28,8 @@ struct SceneLoading {
   std::filesystem::path cache_directory = default_cache_directory();  ///< folder of the cache; empty: no cache
   /// Progress callback of long tasks. Its arguments are the task and the completed fraction of it (0..1).
   std::function<void(const std::string& what, double done)> progress;
-  /// Called before any shape is built, with warnings after which the operator may want to stop, such as an implausible
-  /// scale.
+  /// Receives warnings after which the operator may want to stop, such as an implausible scale. It is called before any
+  /// contact shape is built, because building takes long.
   std::function<void(const std::string& warning)> warn;
   /// Limit of the total time for building the contact shapes of the scene.
   Duration max_build = Duration::max();
@@ -59,8 +59,8 @@ class SceneAssets {
   /// Fails   SceneError: the file is missing, not a mesh, too large, not finite, or beyond repair
   geometry::ContactMesh load_mesh(wire::Mesh& message, const SceneField& field);
 
-  /// Returns the contact shape of a mesh, from the cache if possible. If the cache entry is unreadable, damaged or from
-  /// another version of the program, the shape is built again. A cache that cannot be written causes a note, not an
+  /// Returns the contact shape of a mesh. It is read from the cache, or built if the cache entry is missing,
+  /// unreadable, damaged or from another version of the program. A failure to write the cache causes a note, not an
   /// error. The shape is offered to clients, and its hash is written to `message`.
   /// Fails   see make_contact_mesh(); MeshError: building the scene's shapes takes longer than
   ///         SceneLoading::max_build
@@ -69,8 +69,8 @@ class SceneAssets {
   /// `message`. A mesh with more triangles than a client accepts causes a note instead.
   void add_surface(const geometry::TriangleMesh& mesh, wire::Mesh& message);
 
-  /// Registers all molecules of a scene; call it before the first one is loaded. Their files share a frame, so
-  /// hydrogens that are built for one molecule must avoid the atoms of the others (load_molecule()).
+  /// Registers all molecules of a scene. Call it before the first molecule is loaded. The files of all molecules have a
+  /// common frame, and hydrogens that are built for one molecule must not overlap atoms of another (load_molecule()).
   void add_sources(const wire::Scene& scene);
 
   /// Reads the chosen chains of a molecule, with the centre of mass as origin. Offers the molecule to clients, and
@@ -85,23 +85,24 @@ class SceneAssets {
   void add_user_note(const std::string& note);
 
   std::vector<Asset> assets;
-  std::vector<std::string> notes;            ///< notes for the operator
-  std::vector<std::string> notes_for_users;  ///< subset of `notes` about differences between the scene and its files
+  std::vector<std::string> notes;  ///< notes for the operator
+  /// The subset of `notes` that describes differences between the scene and its files.
+  std::vector<std::string> notes_for_users;
 
  private:
   struct Contact;
 
   const Contact& contact_of(const geometry::ContactMesh& mesh, double sheet_thickness_m, const std::string& name,
                             bool is_coarse);
-  /// Offers a coarse contact asset, which clients use until they have received `fine`. The coarse asset is not offered
-  /// if it is larger than a quarter of `fine`.
+  /// Makes a coarse contact asset and offers it to clients, which use it until they have received `fine`. It is not
+  /// offered if it is larger than a quarter of `fine`.
   void add_coarse_contact(const geometry::ContactMesh& mesh, const wire::Mesh& message, const Contact& fine);
   /// Reads the bytes of a file and stores them as an asset of `kind`.
   std::shared_ptr<const proto::Bytes> read(const std::filesystem::path& file, const std::string& kind,
                                            const SceneField& field);
   void add_drawings(const geometry::TriangleMesh& mesh, const wire::Mesh& message, const proto::Sha256& surface);
   std::filesystem::path located(const std::string& file) const;
-  /// Adds an asset. Returns false if it was offered before.
+  /// Adds an asset to `assets`. Returns false if it is in the list already.
   bool offer(Asset asset);
   void add_molecule(const docking::Molecule& molecule, wire::MoleculeSource& message);
 

@@ -36,7 +36,7 @@ void complete(wire::Tool& tool) {
   if (tool.shapes().empty()) tool.add_shapes()->mutable_sphere()->set_radius_m(0.005);
   complete(*tool.mutable_shapes());
   wire::Workspace& workspace = *tool.mutable_workspace();
-  // By default, the resting handle coincides with the tool's initial pose.
+  // By default, the base of the device is placed such that a handle at rest coincides with the tool's initial pose.
   if (!workspace.has_device_base()) *workspace.mutable_device_base() = tool.placement();
 }
 
@@ -75,8 +75,8 @@ void complete_limits(wire::Scene& scene) {
   if (!limits.has_bounds_m()) limits.set_bounds_m(std::max(kDefaultBounds_m, 2 * farthest_start_m(scene)));
 }
 
-/// Adds every missing sub-message. Adds the defaults that the table of ranges (proto/scene_ranges.hpp) lacks, because
-/// they are not numbers or depend on other fields.
+/// Adds every missing sub-message, and the defaults that the table of ranges (proto/scene_ranges.hpp) lacks. It lacks
+/// defaults that are not numbers, and defaults that depend on other fields.
 void complete(wire::Scene& scene) {
   for (wire::Body& body : *scene.mutable_bodies()) {
     body.mutable_placement();
@@ -118,9 +118,8 @@ void check(const wire::Shape& shape, const SceneField& field) {
   }
 }
 
-/// Checks the shapes of a body or a tool.
 /// Checks the shapes of a body or a tool, and their number.
-/// In      field  field of the object that owns the shapes
+/// In      field  field of the object that has the shapes
 void check(const Shapes& shapes, const SceneField& field) {
   if (shapes.empty()) field.in("shapes").refuse("is empty; at least one shape is needed");
   if (shapes.size() > proto::kMaxShapes) {
@@ -130,8 +129,8 @@ void check(const Shapes& shapes, const SceneField& field) {
   for (int i = 0; i < shapes.size(); ++i) check(shapes[i], field.in("shapes", static_cast<std::size_t>(i)));
 }
 
-/// Requires that a molecule is the only shape of its body, without a placement. The body's origin is the molecule's
-/// centre of mass, and the atoms determine the inertia.
+/// Requires that a molecule is the only shape of its body and has no placement. The body's origin must be the
+/// molecule's centre of mass, and the inertia is that of the atoms.
 void check_molecule_stands_alone(const wire::Body& body, const SceneField& field) {
   for (int i = 0; i < body.shapes_size(); ++i) {
     if (!body.shapes(i).has_molecule()) continue;

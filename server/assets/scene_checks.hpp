@@ -12,8 +12,8 @@ namespace tandem::server {
 /// Default value of MolecularField::dielectric.
 inline constexpr const char* kDefaultDielectric = "4r";
 
-/// Fills in every default of `scene`, and refuses the first invalid field. Ranges of single numbers
-/// (proto/scene_ranges.hpp) are checked before conditions on several fields.
+/// Fills in every default of `scene`, and refuses the first invalid field. Each number is checked against its range
+/// (proto/scene_ranges.hpp) before conditions that involve several fields.
 ///
 /// In      scene  output of the parser; its file names are not changed
 /// Fails   SceneError

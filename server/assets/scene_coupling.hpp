@@ -10,7 +10,8 @@
 namespace tandem::server {
 
 void complete_coupling(wire::Coupling& coupling);
-/// Refuses an unknown law. Refuses a fit that is missing although the law needs it, or that the law cannot use.
+/// Checks the coupling law of a scene. Refuses an unknown law, a missing fit if the law needs one, and a fit that the
+/// law does not use.
 void check_coupling(const wire::Coupling& coupling, const SceneField& file);
 /// Returns the fit of the adaptive law in a complete description, or nothing for a law without a fit.
 std::optional<haptics::AdaptiveFit> adaptive_fit(const wire::Coupling& coupling);

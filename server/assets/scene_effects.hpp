@@ -7,8 +7,8 @@
 
 namespace tandem::server {
 
-/// Fills in the defaults that the table of ranges (proto/scene_ranges.hpp) lacks: placements, in_contact, and the force
-/// after slipping.
+/// Fills in the defaults that the table of ranges (proto/scene_ranges.hpp) lacks: placements, the field in_contact, and
+/// the force after slipping.
 void complete_effects(wire::Scene& scene);
 
 /// Returns the remedy for an unknown field of an effect; an empty string if the field is not in an effect.

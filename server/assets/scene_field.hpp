@@ -31,8 +31,8 @@ class SceneField {
   const std::string& name() const { return field_; }
   /// Throws SceneError "<file>: <field> <text>".
   [[noreturn]] void refuse(const std::string& text) const;
-  /// Refuses a number outside [low, high]. It is used for limits that depend on other fields. `demand` describes them
-  /// in words.
+  /// Refuses a number outside [low, high]. Used for limits that depend on other fields, which `demand` describes in
+  /// words.
   void require_within(double value, double low, double high, const std::string& demand) const;
 
  private:

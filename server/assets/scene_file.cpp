@@ -24,8 +24,8 @@ namespace {
 
 constexpr std::size_t kMaxSceneFileBytes = 1U << 20U;
 
-/// Returns the line of a syntax error; 0 if unknown. It is derived from the source text that protobuf quotes above its
-/// caret.
+/// Returns the number of the line with a syntax error; 0 if it is unknown. protobuf's message quotes the source text at
+/// the error, and that text is searched for in the file.
 std::size_t line_of_error(const std::string& json, const std::string& message) {
   const std::size_t quote_begin = message.find('\n');
   const std::size_t quote_end = message.rfind('\n');
@@ -68,9 +68,8 @@ wire::Scene parse(const std::string& json, const SceneField& file) {
   file.refuse(where + "not a scene in JSON: " + message.substr(0, message.find('\n')));
 }
 
-/// Returns the mass properties of shapes. Refuses shapes without volume.
-/// Returns the mass properties of a body, or refuses a body without volume.
-/// In      remedy  advice in the message about a body without volume
+/// Returns the mass properties of a body with these shapes. Refuses shapes without volume.
+/// In      remedy  advice in the message of the refusal
 MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shapes, const SceneField& field,
                             const std::string& remedy) {
   try {
@@ -97,8 +96,8 @@ class SceneBuilder {
     wire::Scene& description = scene_->description;
     scene_->world = proto::world_from_wire(description);
     scene_->molecule_centres_angstrom.resize(scene_->world.bodies.size(), Vec3::Zero());
-    // All files are read before the first contact shape is built. Building takes long, so an error in a file, such as a
-    // wrong scale, is reported before it.
+    // All files are read before the first contact shape is built. An error in a file, such as a wrong scale, is thus
+    // reported before the build, which takes long.
     assets_.add_sources(description);
     for (int i = 0; i < description.bodies_size(); ++i) add_body(i);
     for (int i = 0; i < description.tools_size(); ++i) add_tool(i);
@@ -260,8 +259,8 @@ class SceneBuilder {
     scene_->world.molecular_minimum_kcal_per_mol = field.minimum_kcal_per_mol();
   }
 
-  /// Refuses a scene whose steps would take too long for the step rate. The error is thus reported when the scene is
-  /// loaded, not felt by users.
+  /// Refuses a scene whose steps would exceed the step period. The operator then gets an error at loading time, and no
+  /// user experiences a slow simulation.
   void check_atom_pairs() const {
     // With a cut-off, the work depends on the size of the contact area, which is unknown here.
     if (scene_->world.field_model.cutoff_angstrom > 0) return;
@@ -286,8 +285,7 @@ class SceneBuilder {
   }
 
   void check_size() const {
-    // The message Joined contains the description and a few more kilobytes. Half of the limit leaves enough space for
-    // them.
+    // Half of the limit is left for the other fields of the message Joined, which take a few kilobytes.
     const std::size_t size = scene_->description.ByteSizeLong();
     if (size > proto::kMaxControlBytes / 2) {
       file_.refuse("has a description of " + std::to_string(size) + " bytes; at most " +

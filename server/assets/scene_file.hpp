@@ -33,8 +33,8 @@ struct LoadedScene {
 /// Returns the bodies that have a mass.
 std::vector<BodyId> moving_bodies_of(const LoadedScene& scene);
 
-/// Smallest radius of gyration of a tool: that of a pen-like object of 5 cm (length/√12). The inertia of the colliding
-/// tip alone is much smaller, and no coupling of useful stiffness could rotate it stably.
+/// Smallest radius of gyration of a tool: that of a pen-like object of 5 cm (length/√12). The radius of a small
+/// colliding tip is much smaller, and no coupling of useful stiffness could rotate such a tool stably.
 inline constexpr double kToolGyrationRadius_m = 0.015;
 
 /// Returns the mass that the coupling of a tool moves: the mass of the tool itself, or of the held body `held`.

@@ -16,7 +16,7 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kMaxFigureCorners = 32;
-/// Shortest time after which a level may repeat, so that its messages do not flood the users.
+/// Shortest time limit of a level that repeats, so that its messages do not flood the users.
 constexpr double kMinRepeat_s = 1;
 constexpr std::size_t kMaxTitleBytes = 64, kMaxTextBytes = 200, kMaxSignalTextBytes = 64;
 
@@ -98,7 +98,7 @@ class Checker {
     if (name == own) field.refuse("is \"" + name + "\", the body of the condition itself; name another body, or none");
   }
 
-  /// Checks the signals of a game, the limit of a state's age, and the program call.
+  /// Checks the signals of a game, the limit of the time in a state, and the rule for calling a person.
   void signals(const wire::Game& game, const SceneField& field) const {
     count(game.signals_size(), 0, kMaxSignals, "signals", field.in("signals"));
     std::set<std::string> names;

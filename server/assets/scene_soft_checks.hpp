@@ -13,8 +13,7 @@ inline constexpr const char* kSoftSideNames[] = {"-x", "+x", "-y", "+y", "-z", "
 /// Fills in the defaults that the table of ranges (proto/scene_ranges.hpp) lacks: placements, and the node spacing of a
 /// block (a cuboid soft body).
 void complete_soft_bodies(wire::Scene& scene);
-/// Checks the soft bodies of a scene: names, kinds and anchored sides.
-/// Refuses the first soft body that cannot be simulated.
+/// Refuses the first soft body that cannot be simulated: checks names, kinds and anchored sides.
 /// In      scene  its numbers must be complete and within their ranges
 /// Fails   SceneError
 void check_soft_bodies(const wire::Scene& scene, const SceneField& file);

@@ -15,9 +15,9 @@ SoftModel soft_model_of(const wire::SoftBody& body, const geometry::ContactMesh*
 /// Returns a note for the operator: the number of nodes, and the rate of soft steps.
 std::string soft_note(const SoftModel& model, const wire::Scene& scene);
 
-/// Returns the settings of the soft world. Its `tools` contain the tools of the scene, followed by the bodies in scene
-/// order. SoftWorld::advance() receives one pose for each entry. Static bodies are obstacles, so their poses have no
-/// effect.
+/// Returns the settings of the soft world. Its `tools` contain the tools of the scene, followed by all bodies in scene
+/// order. SoftWorld::advance() gets one pose for each of them. Static bodies are listed in `obstacles`, so the poses of
+/// their entries have no effect.
 SoftWorldSettings soft_world_settings(const LoadedScene& scene);
 
 }  // namespace tandem::server

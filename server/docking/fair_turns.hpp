@@ -1,4 +1,4 @@
-// Fair scheduling: divides the processor time of one thread fairly among several rooms.
+// Divides the processor time of one thread fairly among several rooms.
 #pragma once
 
 #include <algorithm>
@@ -12,10 +12,11 @@ namespace tandem::server {
 
 /// Start-time fair queueing: the next slice of work belongs to the room that has received the least work so far.
 ///
-/// Model   Each room i has a start tag s_i, in units of work. next() selects, among the rooms with work, the one with
-///         the smallest tag; v is that tag. charge() adds the work of the slice to the tag. When an idle room gets work
-///         again, its tag is set to max(s_i, v), so idle time earns no credit.
-///         If every slice has at most the work M, then s_i ≤ v + M, and therefore
+/// Model   Each room i has a start tag s_i, in units of work. v is the tag of the room that next() selected last.
+///         * next() selects, among the rooms with work, the room with the smallest tag.
+///         * charge() adds the work of the slice to the tag of its room.
+///         * When an idle room gets work again, its tag is set to max(s_i, v), so idle time earns no credit.
+///         Let M be the largest work of a slice. Then s_i ≤ v + M, which bounds the unfairness:
 ///         (1) between a room's first request and its first slice, each other room receives at most 2 M;
 ///         (2) while two rooms both have work, the amounts of work that they receive differ by at most 2 M.
 /// Source  Goyal, Vin, Cheng, "Start-time Fair Queueing", SIGCOMM 1996, section 2; with equal weights

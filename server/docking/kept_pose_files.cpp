@@ -141,7 +141,8 @@ void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& p
   result.coulomb_kj_per_mol = pose.coulomb_kj_per_mol();
   std::vector<std::string> remarks = energy_remarks(result, scene.world.field_model);
   remarks.insert(remarks.begin(), "pose " + std::to_string(pose.number()) + " of room " + room);
-  // A file of this number may exist: its list was lost, or the server was killed before it added the pose to the list.
+  // A file of this number may be left over: the list that named it was lost, or a server was killed after writing the
+  // file and before writing the list.
   const auto file = [&](const char* ending) { return folder / (std::to_string(pose.number()) + ending); };
   for (const char* ending : kStructureEndings) {
     std::error_code error;
@@ -152,7 +153,7 @@ void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& p
   try {
     save_complex(file(".pdb"), in_file_a, in_file_b, X_files, remarks);
   } catch (const docking::MoleculeError&) {
-    // The PDB format cannot represent these molecules. The .cif file contains them.
+    // The PDB format cannot represent these molecules. They are then only in the .cif file.
   }
 }
 

@@ -23,12 +23,12 @@ struct KeptPoseList {
 /// Name of the room's folder, ROOM-SCENE. It is unique for each combination of room name and scene.
 std::string kept_pose_folder(const Room& room);
 
-/// Pose of the second molecule in the frame of the first [Å]; none if its numbers do not form a valid pose.
+/// Pose of the second molecule in the frame of the first [Å]; none if the stored numbers do not form a valid pose.
 std::optional<Pose> in_first(const wire::KeptPose& pose);
 
 /// Reads poses.json. Fields of a newer version of the format are ignored.
-/// Out     the list, which is empty if the file does not exist; none if the file is not a valid list of at most
-///         kMaxKeptPoses poses. The caller must not overwrite such a file, because its contents would be lost.
+/// Out     the list; empty if the file does not exist. None: the file is not a valid list of at most kMaxKeptPoses
+///         poses. The caller must then not overwrite the file, because its contents would be lost.
 std::optional<KeptPoseList> read_kept_poses(const std::filesystem::path& folder);
 
 /// Writes poses.json, the list that read_kept_poses() reads, and poses.csv, a table with one line per pose. Each file
@@ -43,8 +43,8 @@ void write_kept_poses(const std::filesystem::path& folder, const KeptPoseList& l
 void save_kept_pose(const std::filesystem::path& folder, const wire::KeptPose& pose, const std::string& room,
                     const LoadedScene& scene, BodyId first, BodyId second);
 
-/// Removes NUMBER.cif and NUMBER.pdb for each number below next_number that is not in the list. A server that was
-/// killed may have left such files. Other files are not changed.
+/// Removes NUMBER.cif and NUMBER.pdb for each NUMBER below next_number that is not in the list. Such files remain if a
+/// server was killed while it deleted a pose. Other files are not changed.
 void remove_deleted_poses(const std::filesystem::path& folder, const KeptPoseList& list);
 
 }  // namespace tandem::server

@@ -15,8 +15,8 @@ inline constexpr std::size_t kMaxKeptPosesOfUser = 50;
 
 /// Saved poses of one room. A change is first written to the files, and takes effect only if that succeeds.
 ///
-/// Model   Several servers may share a folder. The first change takes a lock, which is held until destruction. From
-///         then on, no other server can change the files.
+/// Model   Several servers may use the same folder. The first change of the list locks the folder until this object is
+///         destroyed, so that no other server can change the files.
 /// Thread  any, one at a time
 class KeptPoses {
  public:
@@ -24,7 +24,7 @@ class KeptPoses {
   ///
   /// In      room     name of the room, which is written into structure files
   ///         folder   folder of the room; if empty, no file is read or written
-  ///         of_files  pose number 0: the pose in the structure files
+  ///         of_files  pose number 0: the relative pose that the molecules have in their structure files
   ///         pair     must outlive this object
   KeptPoses(std::string room, std::filesystem::path folder, wire::KeptPose of_files, const MoleculePair& pair);
   ~KeptPoses();
@@ -45,9 +45,8 @@ class KeptPoses {
 
   /// Adds a pose with the next number.
   std::string add(const wire::KeptPose& pose);
-  /// Removes a pose and its structure files.
-  /// Deletes a saved pose.
-  /// In      number  number of a saved pose
+  /// Deletes a saved pose and its structure files.
+  /// In      number  number of a saved pose, not 0
   std::string remove(std::uint32_t number);
   /// Changes the name of a pose in the list. Structure files are named by number, so they do not change.
   ///
@@ -64,8 +63,8 @@ class KeptPoses {
   const MoleculePair* pair_;
   KeptPoseList list_;
   int lock_ = -1;  ///< descriptor of the lock file; -1 if it is not open
-  /// true: poses.json was found to list the poses of list_. While the lock is held, no other server can change the
-  /// file.
+  /// true: poses.json was found to list the poses of list_. The check is not repeated, because no other server can change
+  /// the file while the lock is held.
   bool is_known_ = false;
 };
 

@@ -9,7 +9,8 @@
 
 namespace tandem::server {
 
-/// Maximum number of atom pairs evaluated in one slice of work. It bounds the time for which other rooms are delayed.
+/// Maximum number of atom pairs evaluated in one slice of work. It bounds the time for which a slice delays the
+/// requests of other rooms.
 inline constexpr std::size_t kMaxPairsInSlice = 10'000'000;
 
 /// Energy of a relative pose, summed in slices over the atoms of the first molecule.
@@ -40,11 +41,11 @@ class MoleculePair {
   Pose as_in_files() const { return {centre_b_ - centre_a_, Quat::Identity()}; }
   /// Returns the relative pose [Å] of bodies with these poses [m].
   Pose relative(const Pose& X_WA, const Pose& X_WB) const;
-  /// Returns the command that moves one molecule, so that their relative pose is X_AB. Requires moves().
+  /// Returns the command that moves one of the molecules, so that their relative pose becomes X_AB. Requires moves().
   RoomCommand placing(const Pose& X_AB) const;
 
-  /// Evaluates the next slice of an energy, about kMaxPairsInSlice pairs at most. Returns true when the energy is
-  /// complete.
+  /// Evaluates the next slice of the energy of a pose, at most about kMaxPairsInSlice pairs of atoms. Returns true when
+  /// the energy is complete.
   bool evaluate_slice(PoseEnergy& energy) const;
   /// Returns the data of a saved pose: its energy, its distance from the pose in the structure files, and its contacts.
   /// The fields for number, name and user are not set.

@@ -204,7 +204,8 @@ void PoseKeeper::deliver(
     }
     const char* const why = is_open ? request->cancelled->load() : nullptr;
     if (is_open) site.unanswered.erase(request);
-    // If the request was cancelled while its answer was in the ring, the molecule is not moved.
+    // If the request was cancelled while its answer was in the ring, the answer is replaced by a refusal, and no
+    // molecule moves.
     const bool is_cancelled = answer.placing && why != nullptr;
     if (is_cancelled) {
       answer.message.mutable_error()->set_code(wire::ERROR_NOT_ALLOWED);

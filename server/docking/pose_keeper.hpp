@@ -1,5 +1,5 @@
-// Saved poses of two molecules: on request of a room's users, saves their relative pose, or moves the molecules back to
-// a saved or earlier pose. Saved poses are stored as a list and as structure files.
+// Saved poses of two molecules. On request of a user, the relative pose of the molecules is saved, or the molecules are
+// moved back to a saved or earlier pose. Saved poses are stored as a list and as structure files.
 //
 //   room threads ──one mailbox each: poses──▶ pose thread: slices of work for each room in turn (fair_turns.hpp);
 //   io thread ──one ring per room: requests─▶   │          energies, files, rest poses of the molecules (pose_site.hpp)
@@ -26,10 +26,11 @@ namespace tandem::server {
 /// Model   1. Requests move the second molecule, or the first if the second is static.
 ///         2. Poses are saved in `folder` (kept_pose_files.hpp). The next server with the same room and scene reads
 ///            them.
-///         3. A pose becomes a rest pose under two conditions: the molecule stays there for kRests_s, and the pose is
-///            farther than kElsewhere_angstrom from the previous rest pose.
-///         4. Undo returns to the previous rest pose, or to the pose before a request moved the molecule. Redo reverses
-///            undo until the molecule is moved by other means.
+///         3. A pose of the molecule enters the history for undo as a rest pose under two conditions: the molecule
+///            stays there for kRests_s, and the pose is farther than kElsewhere_angstrom from the previous rest pose
+///            (pose_trail.hpp).
+///         4. Undo returns to the previous rest pose, or to the pose before the last move by a request. Redo reverses
+///            undo, until a user moves the molecule by hand.
 ///         5. Each accepted request gets one answer, at the latest in refuse_unanswered().
 class PoseKeeper final : public RoomService {
  public:
@@ -42,7 +43,8 @@ class PoseKeeper final : public RoomService {
   PoseKeeper(const PoseKeeper&) = delete;
   PoseKeeper& operator=(const PoseKeeper&) = delete;
 
-  /// Starts the pose thread, which calls work() periodically. Without it, the caller must call work().
+  /// Starts the pose thread, which calls work() periodically. If the thread is not started, the caller must call
+  /// work().
   void start();
   /// Does slices of work on all pending requests until nothing more can be done.
   void work();
@@ -59,9 +61,9 @@ class PoseKeeper final : public RoomService {
   /// Out     empty if the request is accepted, otherwise the reason for the refusal, as text for users
   std::string submit(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
                      const wire::AskPose& message);
-  /// Cancels the pending and running minimisations of one user of the room, or of all users.
-  /// In      user  none: all users
-  ///         why  string literal with the text of the refusals
+  /// Cancels minimisations that are queued or running.
+  /// In      user  user of the room who has requested them; none: those of all users
+  ///         why  reason, as a string literal; it is the text of the refusals
   /// Out     false if there is no such minimisation
   bool cancel(const Room& room, std::optional<UserId> user, const char* why);
   /// Cancels all requests of a user who has left the room, except those that change the list of poses.
@@ -70,15 +72,16 @@ class PoseKeeper final : public RoomService {
   void begin_stop();
   /// Number of requests without an answer.
   std::size_t unanswered() const;
-  /// Calls on_refused() for each unanswered request and removes it. A later deliver() discards the answers to these
-  /// requests, but kept() includes the changes that they have made to the list.
+  /// Calls on_refused() for each unanswered request and removes the request. A later deliver() discards answers to
+  /// these requests. Changes that these requests have made to the list of poses remain, and kept() includes them.
   void refuse_unanswered(const std::function<void(const Room& room, UserId user, std::uint32_t request)>& on_refused);
   /// Calls on_answer() for each available answer. An error goes to the user who made the request, any other answer to
   /// all users of the room. All answers except pose_progress contain the number of their request.
   ///
-  /// In      on_answer  sends an answer. If `placing` is not null, it is a command that moves a molecule. In this case
-  ///         on_answer also sets the seat of the command and posts it to the room. It returns false if this fails. The
-  ///         room's next request begins only after the command has been executed or has failed.
+  /// In      on_answer  sends an answer. If `placing` is not null, the answer contains a command that moves a molecule.
+  ///                    on_answer then also sets the seat of the command and posts it to the room, or returns false if
+  ///                    that fails. The room's next request begins only after the command has been executed or has
+  ///                    failed.
   void deliver(const std::function<bool(const Room& room, UserId user, const wire::ServerControl& answer,
                                         const RoomCommand* placing)>& on_answer);
 

@@ -10,7 +10,7 @@
 namespace tandem::server {
 namespace {
 
-/// Maximum number of atom pairs evaluated in all steps of one minimisation.
+/// Maximum number of atom pairs that one minimisation evaluates in all its steps together.
 constexpr std::size_t kMaxPairsToMinimise = 300'000'000;
 /// Assumed cost of a request that evaluates no energy but accesses files, in the unit of work (atom pairs).
 constexpr std::uint64_t kPairsOfARequest = 100'000;
@@ -26,7 +26,7 @@ std::string text_of(double value) {
   return text.str();
 }
 
-/// Returns the pose of the structure files in the form of a saved pose.
+/// Returns the relative pose that the molecules have in their structure files, in the form of a saved pose.
 wire::KeptPose pose_of_files(const MoleculePair& pair) {
   PoseEnergy energy{pair.as_in_files()};
   while (!pair.evaluate_slice(energy)) {
@@ -52,7 +52,7 @@ void PoseSite::on_command(const RoomCommand& command) noexcept {
 }
 
 void PoseSite::on_step(const Room& of, ServerTime /*now*/, TickFaults /*faults*/) noexcept {
-  // In an empty room, a pose is published only after a new kPlace command has been executed.
+  // In an empty room, the molecules can move only by a kPlace command, so a pose is published only after a new one.
   if (of.is_empty() && placings_ == placings_published_) return;
   placings_published_ = placings_;
   samples_.back() = {of.world().body(pair_.first()).X, of.world().body(pair_.second()).X, of.steps_done(), placings_};
@@ -196,7 +196,7 @@ std::uint64_t PoseSite::minimise_slice(std::uint64_t unix_ms, std::deque<PoseAns
   const bool has_more = running.minimiser.step();
   const bool is_over = !has_more || ++running.steps >= running.max_steps;
   const std::uint64_t work = kPairsOfARequest + pair_.atom_pairs();
-  // A clock that was set back makes the first condition true.
+  // If the clock was set back, the first condition holds, so that progress is still reported.
   const bool is_due = unix_ms < running.reported_ms || unix_ms - running.reported_ms >= kProgressEvery_ms;
   if (is_due || is_over) answers.push_back(progress(is_over));
   if (is_due) running.reported_ms = unix_ms;

@@ -65,11 +65,11 @@ class PoseSite final : public RoomWatcher {
   // Functions for the pose thread.
   /// Reads the newest poses of the molecules, and detects rest poses.
   void watch();
-  /// Returns whether there is work for serve_slice(). A new request refers to the pose after a pending command that
-  /// moves a molecule, so it begins only after that command. Requests that have begun continue in any case.
+  /// Returns whether there is work for serve_slice(). A command that moves a molecule may be pending. A new request
+  /// refers to the pose after that command, and so waits for it. A request that has begun continues meanwhile.
   bool has_work();
-  /// Does one slice of work on a request; requires has_work(). Appends the answer when the request is completed, and
-  /// progress reports of a minimisation.
+  /// Does one slice of work on a request; requires has_work(). When the request is completed, its answer is appended to
+  /// `answers`; for a minimisation, progress reports are appended as well.
   ///
   /// Model   Slices of a minimisation alternate with slices of other requests. A request that moves the molecules ends
   ///         the minimisation.
@@ -81,9 +81,11 @@ class PoseSite final : public RoomWatcher {
   // Members for the io thread.
   const Room* const room;
   std::vector<PoseRequest> unanswered;  ///< copies of the requests whose answers have not been delivered
-  std::vector<wire::KeptPose> kept;     ///< pose number 0 and the saved poses, as of the answers delivered so far
+  /// Pose number 0 and the saved poses, up to date with the answers delivered so far.
+  std::vector<wire::KeptPose> kept;
   realtime::Ring<PoseRequest> requests{2 * kMaxPoseRequestsOfRoom};
-  /// Reports that the last command that moves a molecule has not reached the room.
+  /// Reports that the last command that moves a molecule was not posted to the room, so that the pose thread does not
+  /// wait for it.
   void refuse_placing() { is_refused_ = true; }
 
  private:

@@ -60,7 +60,8 @@ bool PoseTrail::is_elsewhere() const {
          docking::rmsd_angstrom(*second_, history_.poses[history_.at], *X_AB_) > kElsewhere_angstrom;
 }
 
-/// Adds a pose to the history after the current entry, unless they are equal. Deletes the entries for redo.
+/// Adds a pose to the history after the current entry, and deletes the entries for redo. Does nothing if the pose
+/// equals the current entry.
 void PoseTrail::mark(const Pose& X_AB) {
   auto& [poses, at] = history_;
   if (!poses.empty() && docking::rmsd_angstrom(*second_, poses[at], X_AB) < kSame_angstrom) return;

@@ -13,10 +13,11 @@ namespace tandem::server {
 
 /// Poses of the second molecule in the frame of the first [Å]: the newest one and the history.
 ///
-/// Model   A pose becomes a rest pose if the molecule moves by less than 0.1 Å (RMSD) for 0.5 s, and if it is farther
-///         than 0.5 Å from the current entry of the history. A new entry deletes the entries for redo. The history has
-///         at most 100 entries. The room executes a move some steps after its request. Until then the target of the
-///         move counts as the newest pose, so that later requests start from the target
+/// Model   * A pose becomes a rest pose if the molecule moves by less than 0.1 Å (RMSD) for 0.5 s, and if the pose is
+///         farther than 0.5 Å from the current entry of the history.
+///         * A rest pose is added to the history, which has at most 100 entries. The entries for redo are deleted.
+///         * The room executes a move some steps after its request. Until then the target of the move counts as the
+///           newest pose, so that later requests start from the target.
 /// Thread  any, one at a time
 class PoseTrail {
  public:
@@ -24,7 +25,8 @@ class PoseTrail {
   ///         period  duration of a step of the room
   PoseTrail(const docking::Molecule& second, Duration period) : second_(&second), period_(period) {}
 
-  /// Observes the pose after a step. A sample that was taken before a pending move was executed is ignored.
+  /// Observes the pose of the molecules after a step. While a move is pending, the poses before its execution are
+  /// ignored.
   ///
   /// In      moves  number of moves that the room had executed by the end of `step`
   void observe(const Pose& X_AB, Step step, std::uint64_t moves);
@@ -41,9 +43,9 @@ class PoseTrail {
   /// Out     the target; none if there is no previous entry
   std::optional<Pose> undo();
   /// Begins a move to the next entry of the history. Requires newest().
-  /// Out     the target; none if there is no next entry, or if the molecule has been moved by other means
+  /// Out     the target; none if there is no next entry, or if the molecule is more than 0.5 Å from the current entry
   std::optional<Pose> redo();
-  /// Reverts the last move, which the room does not execute.
+  /// Cancels the last move, because the room will not execute it: restores the history and the newest pose.
   void cancel_move();
 
  private:
@@ -66,7 +68,7 @@ class PoseTrail {
   bool is_moving_ = false;
   std::uint64_t moves_ = 0;  ///< number of executed moves at the last accepted sample
 
-  // State before the last move; cancel_move() restores it.
+  // State before the last move, which cancel_move() restores.
   History history_before_;
   std::optional<Pose> X_AB_before_;
 };

@@ -13,7 +13,8 @@
 
 namespace tandem::server {
 
-/// States of a room's bodies after a step, indexed as in the scene. Only bodies that a condition names are filled in.
+/// States of a room's bodies after a step, indexed as in the scene. States and holders are set only for bodies that a
+/// condition names.
 struct BodyStates {
   std::span<const RigidState> states;
   std::span<const std::uint8_t> holders;    ///< number of tools that hold each body
@@ -22,7 +23,8 @@ struct BodyStates {
   std::span<const SignalStatus> signals{};  ///< signals of the game
 };
 
-/// A ball inside a body: the body's points, or the surface of its round shapes.
+/// A ball that represents part of a body. A region contains the body if it contains all balls of the body. A ball is a
+/// point (radius 0), or one of the spheres of a round shape.
 struct BodyBall {
   Vec3 p_B;
   double radius_m = 0;
@@ -32,7 +34,7 @@ struct BodyBall {
 struct GoalRegion {
   enum class Kind : std::uint8_t { kSphere, kBox, kCylinder };
   std::optional<std::size_t> body = {};  ///< none: the world
-  Pose X_FR = {};                        ///< centre and axes in that frame
+  Pose X_FR = {};  ///< pose of the region's centre and axes in the frame of `body` or of the world
   Kind kind = Kind::kBox;
   Vec3 half_m =
       Vec3::Zero();  ///< box: half edges. Sphere: x is the radius. Cylinder: x is the radius, z half the length
@@ -44,7 +46,8 @@ struct GoalRegion {
 struct InRegionCondition {
   std::size_t body = 0;
   GoalRegion region;
-  std::vector<BodyBall> balls;  ///< all of them must be inside; the origin, or the whole body
+  /// The balls that must all be inside the region: one at the body's origin, or all that represent the body.
+  std::vector<BodyBall> balls;
 };
 
 struct AtPoseCondition {
@@ -81,12 +84,14 @@ using GoalCondition = std::variant<InRegionCondition, AtPoseCondition, HeldCondi
 
 /// Returns whether the condition holds.
 ///
-/// Model   Regions and poses that belong to a body move with it. The distance of two orientations is the angle of the
-///         rotation from one to the other. A stale signal is in no range; Game decides how it counts.
+/// Model   * A region or a target pose that belongs to a body moves with that body.
+///         * The distance of two orientations is the angle of the rotation from one to the other.
+///         * A condition about a stale signal does not hold here. Game decides whether it counts as satisfied.
 /// Cost    proportional to the balls of the body, at most kMaxBodyBalls; no allocation
 bool holds(const GoalCondition& condition, const BodyStates& bodies) noexcept;
 
-/// Limit of the balls of a body. A body with more is replaced by the corners of its bounding box.
+/// Limit of the number of balls that represent a body. A body that needs more is represented by the corners of its
+/// bounding box.
 inline constexpr std::size_t kMaxBodyBalls = 64;
 
 }  // namespace tandem::server

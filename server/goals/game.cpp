@@ -8,12 +8,13 @@
 namespace tandem::server {
 namespace {
 
-/// Distance between the bounding spheres of a hand and of a body, below which the body neither appears nor, if it is
-/// static, disappears.
+/// Minimum distance between the bounding spheres of a hand and of a body for the body to appear. A static body
+/// disappears only at this distance, too. A shorter distance could cause a jump of force.
 constexpr double kClearance_m = 0.005;
 constexpr std::uint64_t kHashStart = 0xcbf29ce484222325U;
 constexpr std::uint64_t kPublishedPerSecond = 10;
-/// Shortest time of a level with a decision table. Such a level can follow itself, and its messages must not flood users.
+/// Shortest time of a level with a decision table. Such a level can be followed by itself, and the messages of its ends
+/// must not flood users.
 constexpr double kMinRound_s = 1;
 
 std::uint64_t mixed(std::uint64_t hash, std::uint64_t word) noexcept {
@@ -103,7 +104,7 @@ void Game::forget_signals() noexcept {
   }
 }
 
-/// Starts a level. The score of an unfinished try is lost.
+/// Starts a level. The score of an unfinished attempt at the level is lost.
 void Game::enter(std::size_t number, physics::World& world, std::uint32_t hands) noexcept {
   status_.level = static_cast<std::uint8_t>(number);
   status_.level_score = 0;
@@ -128,7 +129,8 @@ void Game::read_absent(const physics::World& world) noexcept {
   }
 }
 
-/// A body with a hand on it, or with a hand near its start, stays where it is, so that no force jumps.
+/// Moves bodies back to their start. A body stays where it is while a hand touches it or is near its start, so that no
+/// force jumps.
 void Game::return_bodies(physics::World& world, std::uint32_t hands) const noexcept {
   for (std::uint64_t bits = returnable_ & ~status_.absent; bits != 0; bits &= bits - 1) {
     const auto body = static_cast<std::size_t>(std::countr_zero(bits));
@@ -161,7 +163,8 @@ bool Game::is_near_hand(const physics::World& world, std::uint32_t hands, std::s
   return false;
 }
 
-/// Removes the bodies that the level lacks and adds those that it has. A change waits until no hand can feel it.
+/// Removes the bodies that the level lacks, and adds the bodies that are new in it. A change is postponed while a hand
+/// could feel it.
 void Game::exchange_bodies(physics::World& world, std::uint32_t hands) noexcept {
   for (std::uint64_t bits = status_.absent ^ level().absent; bits != 0; bits &= bits - 1) {
     const auto body = static_cast<std::size_t>(std::countr_zero(bits));
@@ -224,7 +227,8 @@ void Game::step(physics::World& world, std::uint32_t hands) noexcept {
   if (has_ticked || !events_.empty() || !is_same_but_time(shown_, status_)) publish();
 }
 
-/// Continues one search of the open goals, each in turn.
+/// Continues the silhouette search of one open goal by one placement. If several goals are open, their searches take
+/// turns.
 void Game::advance_fits() noexcept {
   boost::container::static_vector<std::size_t, kMaxSilhouettes> open;
   for (std::size_t i = 0; i < status_.goals.size(); ++i) {
@@ -237,7 +241,8 @@ void Game::advance_fits() noexcept {
   if (!open.empty()) fits_[open[status_.level_steps % open.size()]].advance(states_, status_.absent);
 }
 
-/// While the clock stands, bodies may move unobserved. Conditions and silhouettes are evaluated anew afterwards.
+/// Resets the silhouette searches and the times for which conditions have held. Called in each step in which the
+/// clock of the game stands, because bodies may then move while no condition is evaluated.
 void Game::interrupt_conditions() noexcept {
   for (SilhouetteFit& fit : fits_) fit.reset();
   for (GoalProgress& goal : status_.goals) goal.held_steps = 0;
@@ -284,7 +289,8 @@ void Game::reach(std::size_t goal) noexcept {
   if (level().is_in_order && goal + 1 < status_.goals.size()) status_.goals[goal + 1].status = GoalStatus::kOpen;
 }
 
-/// Ends the level if it is reached or failed, and the game if its time is over.
+/// Ends the level when it is reached or failed, and then selects what follows: the next level, a repetition, or the end
+/// of the game. Also ends the game when one of its limits is exceeded.
 void Game::end_level(physics::World& world, std::uint32_t hands) noexcept {
   bool is_reached = true, is_failed = false;
   for (std::size_t i = 0; i < status_.goals.size(); ++i) {
@@ -310,7 +316,8 @@ void Game::end_level(physics::World& world, std::uint32_t hands) noexcept {
   if (status_.phase == GamePhase::kPlaying) check_limits();
 }
 
-/// Ends a level with a decision table: its score counts in either case, and the table determines which level follows.
+/// Ends a level with a decision table. Its score counts whether the level was reached or failed, and the table selects
+/// the next level.
 void Game::end_round(bool is_reached, physics::World& world, std::uint32_t hands) noexcept {
   const LevelTable& table = *level().next;
   std::optional<std::size_t> dominant;
@@ -334,7 +341,7 @@ void Game::enter_within_limits(std::size_t level, physics::World& world, std::ui
   if (status_.phase == GamePhase::kPlaying) enter(level, world, hands);
 }
 
-/// Ends the game when its time, or its time in a state of a signal, is over.
+/// Ends the game when its time limit is reached, or when the game has spent too much time in a state of a signal.
 void Game::check_limits() noexcept {
   const auto end = [this](GameEvent reason, bool calls) {
     if (calls && !std::exchange(status_.has_called, true)) emit(GameEvent::Kind::kCalled, reason);

@@ -1,5 +1,5 @@
-// The game of a room: which level is played, which goals are reached, the score and the time. The room calls it once in
-// each step, after the world.
+// The game of a room. It determines which level is played, which goals are reached, the score and the time. The room
+// calls it once in each step, after the step of the world.
 //
 //   World ──states──▶ conditions ──▶ goals ──▶ level ──▶ score, events ──▶ io thread: GameStatus, GameNews
 //     ▲                                          │
@@ -31,16 +31,16 @@ enum class GoalStatus : std::uint8_t { kWaiting, kOpen, kReached, kFailed };
 struct GoalProgress {
   GoalStatus status = GoalStatus::kWaiting;
   std::uint8_t satisfied = 0;    ///< number of conditions that hold
-  std::uint64_t steps = 0;       ///< since the goal is open
-  std::uint64_t held_steps = 0;  ///< since its conditions hold without interruption
+  std::uint64_t steps = 0;       ///< steps since the goal was opened
+  std::uint64_t held_steps = 0;  ///< consecutive steps in which enough conditions have held
 };
 
 /// State that a game needs to continue and that is sent to users.
 struct GameStatus {
   GamePhase phase = GamePhase::kWaiting;
   std::uint8_t level = 0;
-  double score = 0;        ///< of the earlier levels
-  double level_score = 0;  ///< of this try of the level
+  double score = 0;        ///< score of the earlier levels
+  double level_score = 0;  ///< score of this attempt at the level
   std::uint64_t steps = 0;
   std::uint64_t level_steps = 0;
   boost::container::static_vector<GoalProgress, kMaxGoalsPerLevel> goals;  ///< of the level
@@ -73,28 +73,29 @@ struct GameEvent {
   std::uint8_t goal = 0;
   double score = 0;
   Step step = {};
-  bool by_time = false;   ///< a time limit was the reason
+  bool by_time = false;   ///< true: a time limit caused the event
   std::uint8_t row = 0;   ///< kLevelChosen: index of the row of the decision table
-  bool by_state = false;  ///< the limit of the time in a state of a signal was the reason
+  bool by_state = false;  ///< true: the limit of the time in a state of a signal caused the event
 };
 
 /// Value of a signal, as received.
 struct SignalValue {
   double value = 0;
   double confidence = 0;
-  std::uint32_t age_steps = 0;  ///< since the measurement
+  std::uint32_t age_steps = 0;  ///< age of the value since its measurement [steps]
 };
 
 /// Evaluates the game of one room.
 ///
-/// Determinism  the same states and commands give the same status and events in each step. Nothing depends on wall time.
-/// Bodies       a body that leaves or returns with a level waits until no hand touches it or is near its place, so that
-///              no force jumps. A static body waits until no hand is within its bounding sphere.
-/// Signals      age with each step, also while the clock stands. The room discards them while it has no user, because it
-///              may then not step. A checkpoint has the times in their states, but not
-///              their values, which are stale after a restart.
-/// Thread       room: no allocation, lock or wait. status_mailbox() and next_event() are read by io.
-/// Cost         conditions of the open goals only; at most one placement of a silhouette a step, in turn for several
+/// Determinism  the same states and commands give the same status and events in each step. Nothing depends on wall
+///              time.
+/// Bodies       a body may appear or disappear with a level. A movable body disappears when no hand touches it. All other
+///              changes wait until no hand is near the body's place in the scene. No force jumps as a result.
+/// Signals      a signal ages with each step, also while the clock of the game stands. In a room without users, steps
+///              may be skipped, so the room discards all signals. A checkpoint contains the times spent in the states
+///              of signals, but not their values, so the values are stale after a restart.
+/// Thread       room: no allocation, lock or wait. The io thread reads status_mailbox() and next_event().
+/// Cost         evaluates only the conditions of open goals, and at most one placement of a silhouette per step
 class Game {
  public:
   /// In      scene  has a game; must outlive this
@@ -103,9 +104,10 @@ class Game {
   /// Starts the game from its beginning, and removes the bodies that the first level lacks.
   /// In      hands  as for step()
   void restart(physics::World& world, std::uint32_t hands) noexcept;
-  /// Continues from a stored status. Returns false, and does nothing, if it does not fit this game.
+  /// Continues from a stored status. Returns false, without effect, if the status does not fit this game.
   bool resume(const GameStatus& status, physics::World& world) noexcept;
-  /// Starts a level. A level that does not exist is ignored. After the end of a game, the score and the time begin anew.
+  /// Starts a level; a number without a level is ignored. If the game has ended, its score and its time start at zero
+  /// again.
   /// In      hands  as for step()
   void start_level(std::size_t level, physics::World& world, std::uint32_t hands) noexcept;
   /// Switches gravity off or on, in this level and the later ones.
@@ -129,7 +131,8 @@ class Game {
   /// Status for users: published when it changes, and ten times a second while the clock runs.
   realtime::Mailbox<GameStatus>& status_mailbox() noexcept { return published_; }
   bool next_event(GameEvent& event) { return news_.pop(event); }
-  /// Returns the number of events that next_event() lacks because 256 were waiting. Room thread.
+  /// Returns the number of events that were lost because 256 events waited for next_event().
+  /// Thread  room
   std::uint64_t events_lost() const noexcept { return events_lost_; }
 
  private:
@@ -157,7 +160,8 @@ class Game {
   const LoadedScene& scene_;
   GamePlan plan_;
   std::uint64_t min_round_steps_ = 0;  ///< shortest time of a level with a decision table
-  std::uint64_t returnable_ = 0;       ///< bit i: body i can return to its start; no tool holds it from the start
+  /// Bit i: body i may return to its start; false for a body that a tool holds at the start.
+  std::uint64_t returnable_ = 0;
   GameStatus status_;
   GameStatus shown_;                 ///< last published status
   std::vector<SilhouetteFit> fits_;  ///< one for each silhouette of the plan
@@ -170,10 +174,10 @@ class Game {
   std::uint64_t events_lost_ = 0;
 };
 
-/// Returns whether two statuses differ at most in their times.
+/// Returns whether two statuses are equal, apart from their times.
 bool is_same_but_time(const GameStatus& a, const GameStatus& b) noexcept;
 
-/// Hash of a status, for recordings: of everything that checkpoints contain.
+/// Returns a hash of the data of a status that checkpoints contain, for recordings.
 std::uint32_t hash_of(const GameStatus& status) noexcept;
 
 }  // namespace tandem::server

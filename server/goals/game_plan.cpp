@@ -88,7 +88,7 @@ class Planner {
   }
 
  private:
-  /// Returns the number of steps of a time: the whole number nearest to it, but at least 1 for a time above 0.
+  /// Converts a time to the nearest number of steps. The result is at least 1 for a time above 0.
   std::uint64_t steps(double seconds) const {
     if (seconds <= 0) return 0;
     return static_cast<std::uint64_t>(std::max(1.0, std::round(seconds * scene_.description.step_rate_hz())));
@@ -205,7 +205,7 @@ class Planner {
     InRegionCondition to;
     to.body = body(from.body());
     to.balls = from.whole() ? balls_of(scene_.body_shapes[to.body]) : std::vector<BodyBall>{};
-    // The origin represents a body without solid shapes, too.
+    // A body without solid shapes is represented by its origin, even if the whole body is required to be inside.
     if (to.balls.empty()) to.balls.push_back({Vec3::Zero(), 0});
     to.region.body = frame(from.region().body());
     to.region.X_FR = proto::pose_from_placement(from.region().placement());

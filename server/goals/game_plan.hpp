@@ -28,8 +28,8 @@ struct PlannedGoal {
   std::uint64_t hold_steps = 0;
   std::uint64_t limit_steps = 0;  ///< 0: no time limit
   double score = 0;
-  double score_per_step = 0;  ///< for each step left of the limit
-  bool is_extra = false;      ///< not needed for the level
+  double score_per_step = 0;  ///< score for each step that remains until the limit when the goal is reached
+  bool is_extra = false;      ///< true: the level can be reached without this goal
 };
 
 /// Decision table of a level: the first row that fits determines which level follows.
@@ -40,12 +40,12 @@ struct LevelTable {
     std::optional<std::size_t> state{};  ///< dominant state of the signal; none: any
     std::optional<std::size_t> level{};  ///< index of the level that follows; none: the game is won
   };
-  std::optional<std::size_t> signal{};  ///< index of the signal; none: the score decides alone
-  double high_score = 0;                ///< smallest high score
-  double dominant_share = 0.5;          ///< share of the level's time above which a state is dominant
+  std::optional<std::size_t> signal{};  ///< index of the signal; none: rows are chosen by the score alone
+  double high_score = 0;                ///< smallest level score that counts as high
+  double dominant_share = 0.5;          ///< fraction of the level's time above which a state of the signal is dominant
   std::vector<Row> rows;
 
-  /// Returns the index of the first row that fits. The scene's check ensures that one does.
+  /// Returns the index of the first row that fits score and state. The check of the scene ensures that there is one.
   /// In      dominant  dominant state of the signal; none: no state, or the signal was stale
   std::size_t row_for(double score, std::optional<std::size_t> dominant) const noexcept;
 };
@@ -67,7 +67,7 @@ struct PlannedLevel {
   bool is_in_order = false;
   bool returns_bodies = false;
   bool repeats = false;
-  std::optional<LevelTable> next;  ///< none: the next level follows a reached one
+  std::optional<LevelTable> next;  ///< none: after this level is reached, the next level in the list follows
 };
 
 struct GamePlan {
@@ -77,7 +77,7 @@ struct GamePlan {
   std::uint64_t level_bodies = 0;   ///< bit i: body i exists only in the levels that name it
   std::uint64_t limit_steps = 0;    ///< 0: no time limit
   std::size_t players = 1;
-  bool sets_coupling = false;  ///< a level has a law or a coefficient of its own
+  bool sets_coupling = false;  ///< true: at least one level sets a coupling law or a coefficient
   std::vector<PlannedSignal> signals;
   std::optional<PlannedStateLimit> state_limit;
   bool calls_at_time_limit = false;
@@ -96,8 +96,8 @@ std::vector<Vec2> polygon_of(const google::protobuf::RepeatedField<double>& numb
 /// Returns the coupling of a level: that of the scene, with the law and the coefficients of the level.
 physics::SceneCoupling coupling_of_level(const LoadedScene& scene, std::size_t level);
 
-/// Returns the balls that represent a body: exact for spheres and boxes, and for capsules. A cylinder is enclosed in a
-/// prism of 16 sides, a mesh in its bounding box.
+/// Returns the balls that represent a body. They represent spheres, boxes and capsules exactly. A cylinder is replaced
+/// by an enclosing prism with 16 sides, and a mesh by its bounding box.
 std::vector<BodyBall> balls_of(const std::vector<SolidShape>& shapes);
 
 }  // namespace tandem::server

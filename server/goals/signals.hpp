@@ -34,10 +34,11 @@ struct SignalStatus {
   double value = 0;
   double confidence = 0;
   std::uint64_t age_steps = 0;  ///< since the measurement
-  bool is_fresh = false;        ///< the value is neither absent nor stale
+  bool is_fresh = false;        ///< true: the signal has a value that is not stale
   std::uint8_t state = 0;       ///< 1 + index of the state that contains the value; 0: none
-  std::array<std::uint64_t, kMaxSignalStates> level_steps{};  ///< of this try of the level
-  std::array<std::uint64_t, kMaxSignalStates> steps{};        ///< of the game
+  /// Steps spent in each state in this attempt at the level.
+  std::array<std::uint64_t, kMaxSignalStates> level_steps{};
+  std::array<std::uint64_t, kMaxSignalStates> steps{};  ///< steps spent in each state in the whole game
 };
 using SignalStatuses = boost::container::static_vector<SignalStatus, kMaxSignals>;
 
@@ -45,7 +46,8 @@ using SignalStatuses = boost::container::static_vector<SignalStatus, kMaxSignals
 void advance(SignalStatus& signal, const PlannedSignal& planned) noexcept;
 /// Adds one step of the game to the time of the present state.
 void count_state(SignalStatus& signal) noexcept;
-/// Returns the state that lasted for more than `share` of the steps of the level; none if no state did.
+/// Returns the state in which the signal was for more than the fraction `share` of the level's steps; none if there is
+/// no such state.
 std::optional<std::size_t> dominant_state(const SignalStatus& signal, std::uint64_t level_steps, double share) noexcept;
 
 }  // namespace tandem::server

@@ -42,8 +42,8 @@ bool SilhouetteFit::rest(std::span<const RigidState> bodies, std::uint64_t absen
   });
 }
 
-/// Starts a search. Computes the outlines of the pieces, seen from above, at their current poses. The outline of a
-/// board that lies upside down is clockwise, and is reversed to be counter-clockwise.
+/// Starts a search. Computes the outlines of the boards, as seen from above, at their current poses. The outline of a
+/// board that lies upside down is clockwise, so its order is reversed.
 void SilhouetteFit::begin(std::span<const RigidState> bodies) noexcept {
   pieces_area_m2_ = overlap_m2_ = 0;
   Vec2 sum = Vec2::Zero();

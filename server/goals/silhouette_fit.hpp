@@ -25,16 +25,17 @@ struct SilhouettePlan {
   std::vector<geometry::Triangle2> figure;  ///< the figure as triangles that do not overlap
   double figure_area_m2 = 0;
   Vec2 figure_centre = Vec2::Zero();
-  double covered = 0.95;  ///< smallest accepted fraction of the figure that the pieces cover
-  double outside = 0.05;  ///< largest accepted area of the pieces outside the figure, relative to its area
+  double covered = 0.95;  ///< smallest fraction of the figure's area that the pieces must cover
+  double outside = 0.05;  ///< largest area of the pieces outside the figure, as a fraction of the figure's area
 };
 
 /// Searches for the placement of the figure at which the pieces cover most of it.
 ///
-/// Model    A placement is a position (x, y) and an angle θ. Its value c(x, y, θ) is the area of the figure that the
-///          pieces cover, minus the area in which pieces overlap each other. First, 24 angles are tested with the
-///          figure's centroid at that of the pieces. A pattern search continues from each of the best three: it tries
-///          a step along each of the three axes in both directions, and halves the step when no trial increases c.
+/// Model    A placement of the figure is a position (x, y) and an angle θ. Its value c(x, y, θ) is the area of the
+///          figure that the pieces cover, minus the area in which pieces overlap each other. The search maximises c:
+///          1. The centroid of the figure is set to that of the pieces, and c is computed for 24 angles.
+///          2. A pattern search starts from each of the best three placements. It tries a step along each of the three
+///             axes in both directions. If none of them increases c, it halves the step.
 /// Cost     one placement for each call of advance(), so that a step of the room stays short; at most kMaxPlacements
 ///          for a search
 /// Thread   room: no allocation after construction
@@ -47,12 +48,12 @@ class SilhouetteFit {
   /// Returns whether the last search has found a placement within the tolerances of the plan. It becomes false when a
   /// piece moves.
   bool is_covered() const noexcept { return is_covered_; }
-  /// Best placement of the last finished search: covered fraction of the figure, and area of the pieces outside it
-  /// relative to its area.
+  /// Results for the best placement of the last finished search: the fraction of the figure that the pieces cover, and
+  /// the area of the pieces outside the figure, divided by the figure's area.
   double covered() const noexcept { return covered_; }
   double outside() const noexcept { return outside_; }
-  /// Continues the search by one placement. A new search starts 100 steps after the end of the last one. Call once a
-  /// step.
+  /// Continues the search by one placement. When a search has ended, the next one starts 100 steps of the room later.
+  /// Call the function at most once per step of the room.
   /// In      bodies  states of the bodies, indexed as in the scene
   ///         absent  bit i: body i does not exist; if a piece does not exist, the figure is not covered
   void advance(std::span<const RigidState> bodies, std::uint64_t absent = 0) noexcept;

@@ -83,8 +83,8 @@ AgonesPlan::Call AgonesPlan::due(const Seen& seen, LocalTime now) {
   if (seen.is_healthy && now >= next_health_) return Call::kHealth;
   if (!has_sent_ready_) return seen.is_ready ? Call::kReady : Call::kNone;
   if (seen.users > 0 && !is_allocated_) return has_game_server_ ? Call::kAllocate : Call::kGameServer;
-  // After the cluster has allocated the server, its user may not have connected yet. The server is therefore offered
-  // again only after a user has left.
+  // After the cluster has allocated the server, its first user may not have connected yet. is_allocated_ becomes true
+  // only when a user is present, so the server is not offered to others before a user has come and left.
   if (is_allocated_ && left_ && now - *left_ >= kReturnAfter) return Call::kReady;
   return Call::kNone;
 }

@@ -27,7 +27,7 @@ namespace tandem::server {
 /// Fails   std::invalid_argument: not a port
 std::uint16_t agones_port(const std::string& text);
 
-/// Decides which call is due. It uses neither socket nor clock, so that tests can control both.
+/// Decides which call to the sidecar is due. It uses neither socket nor clock, so that tests can control both.
 class AgonesPlan {
  public:
   enum class Call : std::uint8_t { kNone, kReady, kHealth, kGameServer, kAllocate, kShutdown };
@@ -43,14 +43,13 @@ class AgonesPlan {
   static constexpr Duration kHealthEvery{std::chrono::seconds(2)};
   static constexpr Duration kMinAgain{std::chrono::milliseconds(500)};
   static constexpr Duration kMaxAgain{std::chrono::seconds(4)};
-  /// Time without users after which the server is offered to other users. After this time, a user who lost the
-  /// connection has either rejoined, or would find the scene reset.
+  /// Time without users after which the server is offered to other users. A user who has lost the connection has
+  /// rejoined by then, or would find the scene reset anyway.
   static constexpr Duration kReturnAfter{std::chrono::minutes(1)};
 
   Call due(const Seen& seen, LocalTime now);
-  /// Records the result of a call.
   /// Records whether a call has succeeded. A failed call is repeated after a pause.
-  /// In      is_allocated  allocation state in the answer to kGameServer
+  /// In      is_allocated  for kGameServer: true if the answer gives the state Allocated
   void note_answer(Call call, bool is_good, LocalTime now, bool is_allocated = false);
 
  private:
@@ -62,19 +61,20 @@ class AgonesPlan {
   std::optional<LocalTime> left_;
 };
 
-/// Reports the server's state by calls to the sidecar. If there is no sidecar, the server works without it.
+/// Reports the server's state by calls to the sidecar. The server also works if there is no sidecar.
 ///
 /// Thread  a separate thread of normal priority, which may wait for the sidecar
 class Agones {
  public:
   /// In      port  the sidecar's port on this machine
   ///         read_status  called on the separate thread
-  ///         on_news  receives messages for the operator when the sidecar starts or stops answering; called on that
-  ///         thread
+  ///         on_news  receives messages for the operator when the sidecar starts or stops answering; called on the
+  ///                  separate thread
   Agones(std::uint16_t port, std::function<AgonesPlan::Seen()> read_status,
          std::function<void(const std::string&)> on_news);
   ~Agones();
-  /// Reports the last state that `read_status` returns, within about a second. Repeated calls have no effect.
+  /// Sends a last report, from the status that `read_status` then returns. Takes at most about a second. Repeated calls
+  /// have no effect.
   void finish();
 
  private:

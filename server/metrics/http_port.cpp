@@ -26,8 +26,8 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-/// Largest number of remaining request bytes that are read and discarded after the answer. If bytes stayed unread,
-/// closing would send a reset, and the peer might lose the answer.
+/// Maximum number of request bytes that are read and discarded after the answer. If unread bytes remained, closing
+/// would send a TCP reset, and the peer might lose the answer.
 constexpr std::size_t kMaxLeftOverBytes = std::size_t{64} << 10U;
 constexpr Duration kListenAgain = std::chrono::milliseconds(100);
 
@@ -128,7 +128,8 @@ void HttpPort::Impl::accept() {
 }
 
 void HttpPort::Impl::welcome(tcp::socket socket) {
-  // Closes the oldest connection. A well-behaved peer has been served before sixteen further peers connect.
+  // Limits the open connections by closing the oldest one. A well-behaved peer has been served before sixteen further
+  //        peers connect.
   if (connections.size() >= kMaxHttpConnections) end(ConnectionPointer(connections.front()));
   const auto connection = std::make_shared<HttpConnection>(std::move(socket));
   connections.push_back(connection);

@@ -22,8 +22,8 @@ namespace tandem::server {
 
 inline constexpr std::size_t kMaxHttpConnections = 16;
 inline constexpr std::size_t kMaxHttpHeadBytes = 4096;
-/// Time limit of each of two phases: from accepting the connection to the end of the request head, and from the end of
-/// the head to the end of the answer.
+/// Time limit of each of two phases: reading the request head, from the acceptance of the connection; and sending the
+/// answer.
 inline constexpr Duration kHttpWithin = std::chrono::seconds(2);
 
 struct HttpAnswer {

@@ -131,7 +131,7 @@ void add_datagrams(Page& page, const HubCounters& hub) {
   std::uint64_t dropped = 0;
   for (std::size_t i = 1; i < static_cast<std::size_t>(DropReason::kCount); ++i) {
     const auto reason = static_cast<DropReason>(i);
-    // Reasons that concern sending are skipped; kOverwritten is skipped because it concerns accepted datagrams.
+    // Reasons that concern only sending are skipped. kOverwritten is skipped because the datagram was accepted.
     if (reason == DropReason::kOverwritten || reason == DropReason::kSendFailed || reason == DropReason::kSimulatedLoss)
       continue;
     page.sample({{"result", proto::name_of(reason)}}, hub.received_drops.count(reason));

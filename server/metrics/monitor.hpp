@@ -32,8 +32,8 @@ class Monitor {
   Monitor(const Monitor&) = delete;
   Monitor& operator=(const Monitor&) = delete;
 
-  /// Starts to monitor the server. Call it once, after its rooms are loaded and before run(). Adds a service to the
-  /// server; when that service finishes, the sidecar is notified of the end within about a second.
+  /// Starts to monitor the server. Call it once, after its rooms are loaded and before run(). It adds a service to the
+  /// server. When that service finishes, the sidecar is notified within about a second that the server has ended.
   /// In      recorder, checkpoint  services that have been added to that server; null: none
   void watch(LiveServer& server, const ServerRecorder* recorder = nullptr,
              const ServerCheckpoint* checkpoint = nullptr);

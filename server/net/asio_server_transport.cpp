@@ -35,18 +35,18 @@ constexpr std::size_t kMaxPeers = 512;
 /// Minimum interval between two new paths of a user. A path is a source address of the user's datagrams.
 constexpr Duration kNewPathAgain = std::chrono::milliseconds(100);
 constexpr Duration kCountTurnsFor = std::chrono::milliseconds(10);
-/// Longest gap between turns (a turn begins after each sending of states) that counts as short. If most gaps are short,
-/// users' datagrams are left for the next turn.
+/// Longest gap between two turns of the io thread that counts as short. A turn begins after each sending of states. If
+/// most gaps are short, received datagrams wait in the kernel until the next turn.
 constexpr Duration kOftenEnough = std::chrono::microseconds(300);
 /// Number of users whose datagrams are read before the next check for new states. It is small, so that new states are
 /// not delayed by the datagrams of all users.
 constexpr std::size_t kUsersAtOnce = 4;
-// Fractions of time with short gaps between turns (hysteresis). Above kShareToBegin, datagrams are read in turns. Below
-// kShareToGoOn, they are read on arrival again.
+// Fractions of the time that consists of short gaps between turns (hysteresis). Above kShareToBegin, datagrams are read
+// once per turn. Below kShareToGoOn, they are read on arrival again.
 constexpr double kShareToBegin = 0.8, kShareToGoOn = 0.6;
 
-/// Returns the key under which limits are shared: the host, or for IPv6 its /64 network, because one host may own all
-/// of it.
+/// Returns the name under which limits of an address are counted: the address itself, or for IPv6 its /64 network. A
+/// single host may own all addresses of a /64 network.
 std::string name_of(const asio::ip::address& address) {
   if (!address.is_v6()) return address.to_string();
   // A listener on "::" also receives IPv4 connections.
@@ -175,9 +175,9 @@ bool AsioServerTransport::read_some_users() {
   return has_unread_users_;
 }
 
-/// Decides whether users' datagrams are read in turns. The criterion is the fraction of time with short gaps between
-/// turns. A mere count of turns would not suffice: if turns come in bursts, a datagram that waits between two bursts
-/// misses its step.
+/// Decides whether users' datagrams are read in turns or on arrival, by the fraction of the time that consists of short
+/// gaps between turns. The number of turns would not be a safe criterion. If turns come in bursts, a datagram that
+/// waits for the next burst misses its step.
 void AsioServerTransport::count_turn(LocalTime now) {
   const Duration gap = now - std::exchange(turned_, now);
   if (gap <= kOftenEnough) often_ += gap;
@@ -245,7 +245,8 @@ void AsioServerTransport::read(const PeerPointer& peer) {
   });
 }
 
-/// Returns whether the limit of handshakes delays the peer's TLS handshake to the next turn.
+/// Returns whether the peer's TLS handshake must wait for the next turn, because the handshakes of this turn are used
+/// up.
 bool AsioServerTransport::must_wait(const Peer& peer, LocalTime now) const {
   return tls_ != nullptr && !peer.tls.has_answered() && !handshakes_.has_some(now);
 }
@@ -305,7 +306,8 @@ std::optional<secure::Exported> AsioServerTransport::exported(ConnectionHandle c
   return found == peers_.end() ? std::nullopt : found->second->tls.exported(label, context);
 }
 
-// Write errors are ignored here. The pending read also fails and reports the error, outside of a call of the hub.
+// Sends queued bytes. A write error is ignored here, because the pending read fails too. The read reports the error at
+// a time when no function of the hub is running.
 void AsioServerTransport::flush(const PeerPointer& peer) {
   if (peer->is_waiting_to_write || !peer->socket.is_open()) return;
   error_code error;
@@ -408,8 +410,8 @@ bool AsioServerTransport::read_users() {
 }
 
 void AsioServerTransport::read_path(const PeerPointer& peer, const std::shared_ptr<Path>& path) {
-  // Usually one datagram is unread. With space for two, one system call also shows that there is no further datagram. A
-  // second call would cost as much as a datagram.
+  // Two buffers are used, although usually only one datagram is unread. One system call then also shows that there is
+  // no further datagram; a second call would cost as much as a datagram.
   constexpr std::size_t kAtOnce = 2;
   std::array<std::array<std::byte, proto::kMaxDatagramBytes + 1>, kAtOnce> buffers;
   std::array<iovec, kAtOnce> places{};
@@ -490,8 +492,8 @@ void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint
   if (!error && to.address().is_v6()) own.set_option(asio::ip::v6_only(false), error);
   if (!error) own.bind(here, error);
   if (!error) own.connect(to, error);
-  // If any step has failed, the public port is used. The socket is released from Asio, which would wake up for each
-  // datagram.
+  // If any of these calls has failed, the public port is used instead. Asio releases the socket, because it would
+  // otherwise wake the thread for each datagram.
   if (!error) path->socket = own.release(error);
   peer->new_path = path;
   expect_of(*path, peer->handle, true, true);

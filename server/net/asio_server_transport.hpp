@@ -1,28 +1,31 @@
 // The server's sockets: one TCP listener, its connections, and one UDP socket on the same port number.
 //
-// All code runs on the thread of the io_context, so there are no locks. Only datagrams may also be sent by the helping
-// thread (ServerTransport::send_datagram()). TCP bytes are passed to the kernel at once. Bytes that the kernel does not
-// accept stay in a buffer. The session hub monitors the size of the buffer and ends the connection of a peer that does
-// not read. A datagram that the kernel does not accept is discarded.
+// All code runs on the thread of the io_context, so there are no locks. There is one exception: a room thread that
+// helps with sending calls ServerTransport::send_datagram().
+// * TCP: bytes are passed to the kernel at once. Bytes that the kernel does not accept stay in a buffer. The session
+//   hub monitors the size of this buffer and closes the connection of a peer that does not read.
+// * UDP: a datagram that the kernel does not accept is discarded.
 //
 // A turn of this thread lasts from one sending of states to the next (begin_turn()). Each source of work has a limit
 // per turn, a token bucket, so that no connection delays another:
 //
-//   source            limit                    protection against a source that exceeds its limit
+//   source            limit                    effect of the limit
 //   listener          kAcceptTurn              further connections wait in the kernel
 //   TLS handshakes    kHandshakeTurn           first messages of further peers wait in the kernel
-//   TCP connection    kConnectionReadTurn      bytes wait in the kernel; kReadTurn limits all connections together. While
-//                                              messages of a connection wait in the hub, it is not read
-//   UDP port          kStrangersTurn           receives garbage and the first datagrams of a user; the rest is dropped
-//   UDP path, user's  kConnectionDatagramTurn  has its own socket, connected to the source of the user's datagrams. A flood
-//                                              at the port cannot fill its kernel buffer
+//   TCP connection    kConnectionReadTurn      bytes wait in the kernel, also while messages of the connection wait
+//                                              in the hub. kReadTurn limits all connections together
+//   UDP public port   kStrangersTurn           further datagrams are dropped. Only garbage and the first datagrams of a
+//                                              user arrive at this port
+//   UDP path, user's  kConnectionDatagramTurn  further datagrams wait in the kernel. A path has its own socket, so a
+//                                              flood at the public port cannot fill its kernel buffer
 //
-// While turns are rare, a user's datagram wakes this thread. If there are several turns per millisecond, datagrams are
-// read at the beginning of a turn, because waking up costs more than reading.
+// While turns are rare, each datagram of a user wakes this thread. If there are several turns per millisecond,
+// datagrams are read only at the beginning of a turn, because a wake-up costs more than reading.
 //
-// Each TCP socket passes its bytes through a secure::TlsStream. With --insecure that stream is transparent, and the
-// server is bound to loopback. The source address of a user's datagrams is a path. A new path is used besides the old
-// one until it has answered the server's challenge (common/net/path_check.hpp). Then it replaces the old path.
+// Each TCP socket passes its bytes through a secure::TlsStream. With --insecure that stream does not encrypt, and the
+// server is bound to loopback. A path is a source address of a user's datagrams. If the source address changes, the
+// server sends a challenge to the new path (common/net/path_check.hpp). The old path stays in use until the challenge
+// is answered, and is then replaced.
 //
 // A source at its limit is not polled until the next turn (begin_turn()). Datagrams of a flood beyond the limit stay in
 // the kernel, which drops them without cost for this thread.
@@ -66,9 +69,9 @@ class AsioServerTransport final : public ServerTransport {
   /// Starts to accept connections and receive datagrams for `hub`.
   void serve(SessionHub& hub);
   void stop_accepting();
-  /// Polls the sources again that reached their limits in the last turn. Call after sending states.
+  /// Resumes reading from the sources that reached their limits in the last turn. Call it after sending states.
   void begin_turn();
-  /// Reads datagrams of some users, if they are read in turns. Returns true if more may be unread.
+  /// Reads datagrams of a few users if datagrams are read in turns. Returns true if more datagrams may be unread.
   bool read_some_users();
   /// Number of open connections, including closed ones that still send queued bytes.
   std::size_t open_connections() const { return peers_.size(); }
@@ -129,7 +132,7 @@ class AsioServerTransport final : public ServerTransport {
   std::uint64_t failed_handshakes_ = 0;
   std::vector<std::function<void()>> resting_;
   int users_ = -1;  ///< epoll descriptor of all users' sockets
-  /// the same descriptor, registered with the io_context while datagrams wake this thread
+  /// The same descriptor as users_, registered with the io_context while datagrams wake this thread.
   boost::asio::posix::stream_descriptor users_wake_;
   bool reads_in_turns_ = false;
   bool has_unread_users_ = false;  ///< whether datagrams of users may be unread since the last begin_turn()

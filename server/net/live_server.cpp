@@ -28,10 +28,10 @@ using boost::system::error_code;
 /// Period after which time-outs are checked, even if no room steps.
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
 constexpr Duration kMetricsPeriod = std::chrono::milliseconds(100);
-/// Approximate time to read the datagrams of kUsersAtOnce users. Reading is postponed if new states are expected within
-/// this time, or were due less than this time ago.
+/// Approximate time to read the datagrams of kUsersAtOnce users. The io thread does not begin to read if new states are
+/// expected within this time, or are late by less than this time.
 constexpr Duration kReading = std::chrono::microseconds(25);
-/// Time for which stop() waits for answers to pose requests, and time for clients to read the goodbye messages.
+/// Limits of stop(): time for unanswered pose requests to complete, and time for clients to read the goodbye message.
 constexpr Duration kAnswerWithin = std::chrono::milliseconds(400), kStopWithin = std::chrono::seconds(1);
 
 int open_eventfd() {
@@ -117,8 +117,9 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings, S
             if (owner.on_step) owner.on_step(room, deadline);
           },
           [this] {
-            // The two values are stored in the reverse order of their loads. A reader that misses has_news therefore
-            // still sees the expected time.
+            // The io thread loads expects_news_at first and has_news second; here they are stored in the reverse order.
+            // If the io thread still reads the old has_news, it has therefore read the old expected time, too, and
+            // stays awake.
             has_news.store(true);
             expects_news_at.store(LocalTime{});
             wake();
@@ -190,9 +191,11 @@ void LiveServer::Impl::wake() {
   [[maybe_unused]] const auto written = ::write(step_event.native_handle(), &one, sizeof one);
 }
 
-/// Replaces io_context::run(): checks for new states before the io thread sleeps. Rooms wake the thread only while it
-/// sleeps. If the result of a step is expected soon, the room wakes the thread at the start of the step. The thread is
-/// then awake when the new state is ready. Between two checks, only the datagrams of a few users are read.
+/// Replaces io_context::run(). New states are sent with low latency by three rules:
+/// 1. The thread checks for new states before it sleeps. Rooms wake it only while it sleeps.
+/// 2. If a step will be short, its room wakes the thread at the start of the step. The thread is then awake when the
+///    new state is ready.
+/// 3. Between two checks, only the datagrams of a few users are read.
 void LiveServer::Impl::run_cycle() {
   bool has_read = false;
   while (!io.stopped()) {

@@ -99,9 +99,9 @@ class LiveServer {
   /// Called when the admission state (credentials, used tokens) changes. Set before run(). It is called on the io
   /// thread and must not block.
   std::function<void(const wire::AdmissionState&)> on_admission;
-  /// Called between the answer of a room's step and the sending of its updates; meanwhile nothing else changes the
-  /// room's world. `deadline` is the time at which the step was due. Set it before run(). It is called on the room's
-  /// thread and must not lock or wait.
+  /// Called for each step of a room after its answer and before its updates are sent. Nothing else changes the room's
+  /// world during the call. `deadline` is the time at which the step was due. Set it before run(). It is called on the
+  /// room's thread and must not lock or wait.
   std::function<void(const Room&, LocalTime deadline)> on_step;
 
  private:

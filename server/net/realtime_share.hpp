@@ -6,14 +6,15 @@
 
 namespace tandem::server {
 
-/// Distributes real-time priority among threads. The first thread (io) always has it. The other threads get it in
-/// ascending order of demand, within two limits: each thread needs at most 93 % of a core, and all together need at
-/// most 93 % of `cores`. A thread that has lost priority regains it only below 85 % (hysteresis).
+/// Distributes real-time priority among threads.
+/// * The first thread (the io thread) always has it.
+/// * The other threads get it in ascending order of demand, as long as two limits hold: each of them needs at most 93 %
+///   of a core, and all together need at most 93 % of `cores` cores.
+/// * A thread that has lost priority regains it only below 85 % (hysteresis).
 ///
 /// Why     If real-time threads use more than 95 % of a core in one second, the kernel stops all of them for the rest
-///         of that second (sched_rt_runtime_us). No room would then step for 50 ms. Below that limit the kernel
-///         distributes them well: of five threads with 34 % each on two cores, none was measured to wait longer than 2
-///         ms.
+///         of that second (sched_rt_runtime_us). All rooms would then stand still for 50 ms. Below that limit no thread
+///         waits long: with five threads of 34 % each on two cores, the longest measured wait was 2 ms.
 /// In      demands       for each thread: share of a core that it needs to keep its rate
 ///         cores         at least 1
 /// In-out  has_priority  for each thread

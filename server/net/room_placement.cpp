@@ -6,7 +6,8 @@
 namespace tandem::server {
 namespace {
 
-// Loads as fractions of a worker's time. The gap between the first two is a hysteresis.
+// Loads, as fractions of a worker's time. kMaxToBear exceeds kMaxAcceptedLoad, so that a moved room is not moved again
+// soon (hysteresis).
 constexpr double kMaxAcceptedLoad = 0.7;  ///< load up to which a worker accepts a room
 constexpr double kMaxToBear = 0.85;       ///< load above which a room is moved away
 constexpr double kUneven = 0.25;          ///< difference between the loads of two workers above which a room is moved
@@ -54,7 +55,7 @@ void place_rooms(std::span<const double> loads, std::span<std::optional<std::siz
   const double difference = sums[busiest] - sums[idlest];
   const bool has_too_much = sums[busiest] > kMaxToBear;
   if (!has_too_much && difference < kUneven) return;
-  // If no worker is overloaded, the moved room may have at most half of the load difference. A larger room would
+  // If no worker is overloaded, only the imbalance matters. A room with more than half of the load difference would
   // reverse the imbalance.
   const double room_left = kMaxAcceptedLoad - sums[idlest];
   const double most = has_too_much ? room_left : std::min(room_left, difference / 2);

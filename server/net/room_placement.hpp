@@ -11,10 +11,11 @@ namespace tandem::server {
 /// Load of a room that must not share a thread, because its steps would delay other rooms.
 inline constexpr double kSharesWithNobody = std::numeric_limits<double>::infinity();
 
-/// Assigns rooms to workers (threads that several rooms may share) and moves as few rooms as possible. A room that must
-/// not share a thread gets a thread of its own. A room without a worker gets the least loaded worker, if that has
-/// enough capacity. Per call, at most one room is moved: the largest room of an overloaded worker, or a room between
-/// two workers with very different loads.
+/// Assigns rooms to workers (threads that several rooms may share) and moves as few rooms as possible.
+/// * A room that must not share a thread gets a thread of its own.
+/// * A room without a worker gets the least loaded worker, if that worker has enough capacity.
+/// * Per call, at most one room is moved: the largest room that fits, away from an overloaded worker or from a worker
+///   whose load exceeds that of the idlest worker by far.
 ///
 /// Why     A thread that wakes up steps all of its due rooms in sequence. Where waking up costs as much as a small step
 ///         (nested virtual machines), sharing a thread saves half of the time. Shared data also stay in the cache.

@@ -22,9 +22,9 @@ constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
 /// Mean answer time of a room up to which io (the io thread) is woken at the start of a step. It then wakes up during
 /// the step and spins until the end of the step.
 constexpr Duration kWakesAheadOf = std::chrono::microseconds(100);
-// Demands of the io thread, as fractions of a core (hysteresis). Above kBusyIo, io is not woken after each short step,
-// and the states of such a step are sent with those of the next rooms, after at most kNotifyWithin. Below kNotBusyIo,
-// io is woken after each step again.
+// Demands of the io thread, as fractions of a core (hysteresis). Above kBusyIo, the io thread is not woken after each
+// short step. The states of such a step are then sent together with those of the next rooms, at most kNotifyWithin
+// later. Below kNotBusyIo, the io thread is woken after each step again.
 constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kNotifyWithin = std::chrono::microseconds(60);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1), kIoWaitsAgainAfter = std::chrono::milliseconds(100);
@@ -32,17 +32,18 @@ constexpr Duration kSharePeriod = std::chrono::milliseconds(25), kPublishEvery =
 constexpr double kWindowsOfAMean = 10;
 constexpr int kStepsOfAMean = 64;
 constexpr std::uint64_t kEnoughSteps = 5;
-// Largest demand of a room on a shared thread, and the demand below which a room may share again, as fractions of a
-// core. The step time has the same limits, as fractions of the shortest period of all rooms.
+// Bounds for a room on a shared thread (hysteresis). A room with a demand above kMaxShared, as a fraction of a core,
+// leaves the shared threads. It may share a thread again below kMaxToShareAgain. The same bounds apply to the step
+// time, as a fraction of the shortest period of all rooms.
 constexpr double kMaxShared = 0.3, kMaxToShareAgain = 0.2;
 /// Longest sleep without a check for newly assigned rooms and for new users.
 constexpr Duration kLongSleep = std::chrono::milliseconds(2);
-/// The period is divided into this number of parts. The phase of a room may differ from its computed phase by one part.
-/// A larger difference is corrected by at most one part per step.
+/// Number of parts of a period. The phase of a room's deadlines may deviate by one part from its computed value. A
+/// larger deviation is corrected by at most one part per step.
 constexpr int kPlaces = 64;
-// The io thread (io) has a lower priority than the rooms while the steps of each thread together take at most
-// kIoWaitsFor. After kSlowStepsInARow consecutive steps of one room longer than kIoWaitsNotFor, io gets a higher
-// priority, because all rooms depend on io.
+// Priority of the io thread (io). It is lower than that of the rooms while the steps of each thread together take at
+// most kIoWaitsFor. It becomes higher, because all rooms depend on io, after kSlowStepsInARow consecutive steps of one
+// room that take longer than kIoWaitsNotFor.
 constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor = std::chrono::microseconds(500);
 constexpr int kSlowStepsInARow = 2;
 
@@ -115,7 +116,7 @@ struct RoomScheduler::Loop {
   std::atomic<std::size_t> stepper{0};  ///< index of the owning thread; only the owner changes it, at the handover
   std::atomic<std::size_t> wanted{0};   ///< index of the thread that should own the room; written by io
   std::atomic<std::uint64_t> steps{0};
-  Busy busy;                         ///< steps of the room
+  Busy busy;                         ///< time spent in steps of this room
   std::atomic<bool> is_left{false};  ///< whether all users have left; the reset of the scene may take long
   std::atomic<LocalTime> went_round{LocalTime{}};
   std::atomic<bool> is_slow{false};
@@ -133,19 +134,20 @@ struct RoomScheduler::Stepper {
   }
 
   std::size_t index = 0;
-  double place = 0;                   ///< phase of the deadlines of the thread's first room [periods]
-  std::vector<Loop*> loops;           ///< rooms of the thread, in the order of their deadlines
-  LocalTime users_checked{};          ///< last check for users of empty rooms
-  LocalTime news_since{};             ///< time of the oldest states that io was not notified of; LocalTime{}: none
+  double place = 0;           ///< phase of the deadlines of the thread's first room [periods]
+  std::vector<Loop*> loops;   ///< rooms of the thread, in the order of their deadlines
+  LocalTime users_checked{};  ///< last check for users of empty rooms
+  /// Time since which new states are ready without a notification of io; LocalTime{}: there are none.
+  LocalTime news_since{};
   std::atomic<bool> is_called{true};  ///< whether a room was assigned, or stop() was called
   /// The thread sleeps on this semaphore until call(). A call of try_acquire() yields the processor.
   std::counting_semaphore<> called{0};
   std::promise<std::vector<std::string>> not_granted;
   std::thread thread;
-  Busy busy;  ///< steps of all its rooms
+  Busy busy;  ///< time spent in steps of all rooms of this thread
   // Used by the io thread only.
   Duration cpu_before{0}, busy_before{0};  ///< values at the last measurement
-  double cpu_of_busy = 1;                  ///< processor time, wake-ups included, per busy time in the last interval
+  double cpu_of_busy = 1;  ///< processor time, wake-ups included, divided by busy time, in the last interval
 };
 
 RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
@@ -207,7 +209,8 @@ void RoomScheduler::run(Stepper& stepper) {
   stepper.not_granted.set_value(realtime::request_realtime(realtime_priority_));
   while (!is_stopping_.load(std::memory_order_relaxed)) {
     hand_over(stepper);
-    // hand_over() may have consumed the semaphore's release by stop(), which does not release it twice.
+    // stop() releases the semaphore only once. hand_over() may have consumed that release, so is_stopping_ is checked
+    // again.
     if (is_stopping_.load(std::memory_order_relaxed)) break;
     if (stepper.loops.empty()) {
       notify(stepper);
@@ -275,10 +278,10 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   finish(stepper, loop);
   loop.deadline = loop.timer.wait(kNotWorthASleep);
   const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
-  // Waking io costs time. It is worth the time if the answer took long, or if io is not busy.
+  // Waking io costs time. The cost is accepted if the answer takes long on average, or if io is not busy.
   const bool is_worth_it = loop.mean_answer >= kNotWorthASleep || !is_io_busy_.load(std::memory_order_relaxed);
   const bool notifies_at_once = cores_ > 1 && is_worth_it;
-  // If every core is busy with a step, an awake io would delay the end of one of them.
+  // If all cores are busy with steps, io would take a core from a step and delay its end.
   const bool has_free_core = stepping_.fetch_add(1, std::memory_order_relaxed) + 1 < cores_;
   const bool wakes_io = notifies_at_once && has_free_core && loop.mean_answer < kWakesAheadOf;
   if (wakes_io) before_news_(begin + loop.mean_answer);
@@ -287,8 +290,8 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   after_answer_(loop.room, std::min(loop.deadline, begin));
   if (stepper.news_since == LocalTime{}) stepper.news_since = now;
   if (notifies_at_once || now + loop.mean_answer - stepper.news_since >= kNotifyWithin) notify(stepper);
-  // The room thread helps, because otherwise the users of the next room would wait for these sends. If every core is
-  // answering, io may have no core, and help is useless.
+  // The room thread helps io to send, because otherwise the users of the next room would wait for these sends. If every
+  // core is answering a step, io may have no core, and the room thread would wait for io in vain.
   const bool may_help = wakes_io && stepping_.load(std::memory_order_relaxed) < cores_ && loop.has_priority;
   if (may_help && has_realtime_.load(std::memory_order_relaxed)) help_to_send_(loop.room);
   stepping_.fetch_sub(1, std::memory_order_relaxed);
@@ -298,7 +301,7 @@ void RoomScheduler::answer(Stepper& stepper, Loop& loop) {
   loop.mean_turn += (loop.answering - loop.mean_turn) / kStepsOfAMean;
 }
 
-/// Finishes a step: the part that no user waits for.
+/// Runs the second part of a step, Room::finish(). No user waits for its result.
 void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
   if (!loop.is_answered) return;
   const LocalTime begin = stepper.busy.begin(loop.busy.begin(SteadyClock().now()));
@@ -326,8 +329,8 @@ void RoomScheduler::finish(Stepper& stepper, Loop& loop) {
   if (loop.timing.steps % loop.publish_every == 0 || !loop.is_awake) publish(loop);
 }
 
-/// Shifts the deadlines of a room gradually until they follow shortly after the answers of the previous rooms of the
-/// thread.
+/// Shifts the deadlines of a room gradually, until each deadline follows shortly after the answers of the rooms that
+/// precede it on the thread.
 void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
   const Duration period = loop.room.period();
   Duration all{0};
@@ -337,9 +340,9 @@ void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
     all += one->mean_step;
     ++count;
   }
-  // Gaps separate the answers of the rooms, so that a longer step does not delay all other rooms. Half of the unused
-  // period is divided among the gaps; the other half stays free at the end of the period. A gap is also at most half of
-  // the answer time, and at most kNotWorthASleep.
+  // Gaps separate the answers of the rooms, so that a longer step does not delay all other rooms. The gaps together
+  // take half of the unused period, and the other half stays free at the end of the period. A single gap is at most
+  // half of the answer time, and at most kNotWorthASleep.
   const Duration spare = std::max(Duration{0}, period - all) / std::max<Duration::rep>(1, 2 * count);
   Duration place = from_seconds(stepper.place * to_seconds(period));
   for (const Loop* before : stepper.loops) {
@@ -394,9 +397,9 @@ void RoomScheduler::share(LocalTime now) {
   place(now);
 }
 
-/// Measures the demands of the rooms and of io. A room that lacks time makes fewer steps, so its load is extrapolated
-/// to its full rate. A thread's processor time, wake-ups included, is divided among its rooms in proportion to their
-/// busy time. The means cover about 250 ms, so that a short disturbance does not count as demand.
+/// Measures the demands of the rooms and of io, as means over about 250 ms, so that a short disturbance does not count.
+/// * A room that lacks time makes fewer steps, so its demand is extrapolated to its full rate.
+/// * A thread's processor time, wake-ups included, is divided among its rooms in proportion to their busy time.
 void RoomScheduler::measure(LocalTime now, Duration window) {
   const auto share_of = [](Duration part, Duration whole) {
     return whole > Duration{0} ? std::max(0.0, part / std::chrono::duration<double, std::nano>(whole)) : 0;
@@ -425,8 +428,8 @@ void RoomScheduler::measure(LocalTime now, Duration window) {
 }
 
 /// Withdraws real-time priority from a room at once, and restores it after the room has been within the limit for a
-/// second. Only rooms with separate threads are affected: shared threads always have priority, and a room without
-/// priority is not placed on a shared thread.
+/// second. This concerns only rooms with separate threads: shared threads always have priority, and a room without
+/// priority is not moved to a shared thread.
 void RoomScheduler::give_priority(LocalTime now) {
   std::vector<double> demands{io_demand_};
   std::vector<bool> have_priority{true};
@@ -463,8 +466,8 @@ void RoomScheduler::give_io_priority(LocalTime now) {
 void RoomScheduler::raise_io_priority(LocalTime now) {
   io_first_at_.store(now, std::memory_order_relaxed);
   io_waits_.store(false, std::memory_order_relaxed);
-  // The priority is set even if it is unchanged. Otherwise, if io is about to lower it, io could not run to raise it
-  // again.
+  // The priority is set even if it seems to be raised already. Otherwise io might be about to lower it, and could then
+  // not run to raise it again.
   realtime::set_priority(io_thread_, realtime_priority_ + 1);
 }
 

@@ -13,7 +13,8 @@ geometry::TriangleMesh convex_hull(const std::vector<Vec3>& points) {
     const btVector3& v = computer.vertices[i];
     hull.vertices.emplace_back(v.x(), v.y(), v.z());
   }
-  // A face is a planar polygon; `first` is one of its edges. It is split into a fan of triangles.
+  // A face is a planar polygon, and `first` is one of its edges. The face is cut into triangles that share the start
+  // vertex of `first`.
   for (int i = 0; i < computer.faces.size(); ++i) {
     const btConvexHullComputer::Edge* const first = &computer.edges[computer.faces[i]];
     const int apex = first->getSourceVertex();

@@ -1,4 +1,4 @@
-// Convex hull of points: the collision shape in Bullet of a mesh that moves.
+// Convex hull of points. It serves as the collision shape in Bullet of a moving mesh.
 #pragma once
 
 #include <vector>

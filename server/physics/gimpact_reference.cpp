@@ -121,7 +121,7 @@ GImpactReference::Step GImpactReference::step(const Wrench& on_tool_W, double st
   const LocalTime begin = all.clock.now();
   all.tool.applyCentralForce(to_bullet(on_tool_W.f));
   all.tool.applyTorque(to_bullet(on_tool_W.t));
-  // Without sub-steps Bullet advances by exactly this time.
+  // With 0 sub-steps, Bullet advances by exactly `step_s` instead of by fixed internal steps.
   all.world.stepSimulation(step_s, 0);
   Step result;
   result.whole = all.clock.now() - begin;

@@ -7,13 +7,14 @@
 namespace tandem::server {
 namespace {
 
-/// Decay length of a sample's weight in the plane fit: the weight is exp(−(distance − least distance) / kPlane_m).
+/// Decay length of the weights in the plane fit. A sample has the weight exp(−(distance − least distance) / kPlane_m).
 constexpr double kPlane_m = 1e-3;
-/// Distance below which the contact is imminent. Nearer objects are not pressed into the copy of the body.
+/// Distance to the surface below which an object is about to touch. Such an object is not pressed into the copy of the
+/// body, because its real contact would come before the measurement ends.
 constexpr double kMinGap_m = 1e-3;
-/// Displacement of the object since the measurement up to which the measured stiffness remains valid.
+/// Displacement of an object up to which the stiffness that was measured for it remains valid.
 constexpr double kSamePlace_m = 5e-3;
-/// Trust radius of a predicted contact: displacement from its pose up to which it is valid.
+/// Trust radius of a predicted contact: largest displacement of the object for which the linear prediction is valid.
 constexpr double kTrust_m = 1e-2;
 /// Range of accepted stiffness. A softer contact could not be felt, and a stiffer one cannot come from a soft body.
 constexpr double kMinStiffness_n_per_m = 1;
@@ -96,8 +97,8 @@ void PredictedSoftContact::advance(const SoftStep& real, double step_s, double s
   if (steps_ < kSteps) press(step_s, speed_limit_m_per_s, things);
 }
 
-/// Selects the next object in cyclic order that has no contact yet and whose stiffness was not measured at this
-/// position.
+/// Selects the next object to press into the copy: in cyclic order, the next one that does not touch yet and whose
+/// stiffness was not measured at its present position.
 void PredictedSoftContact::choose_thing(const SoftBody& body, std::span<const SoftThing> things) {
   for (std::size_t i = 1; i <= watched_.size(); ++i) {
     const std::size_t thing = (pressing_ + i) % watched_.size();

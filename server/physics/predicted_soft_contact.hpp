@@ -1,5 +1,5 @@
-// Predicts the contact of an object that is about to touch a soft body. A client receives the prediction with a delay,
-// and can still render the touch at the moment when it occurs. Private to the soft world.
+// Predicts the contact of an object that is about to touch a soft body. A client receives soft contacts with a delay.
+// With the prediction it can render the touch at the moment when it occurs. Private to the soft world.
 #pragma once
 
 #include <optional>
@@ -15,18 +15,20 @@ namespace tandem::server {
 ///
 /// Model   1. Surface: a plane through the samples of the body nearest to the object. The weight of a sample is
 ///         exp(−(distance − least distance) / 1 mm).
-///         2. Stiffness: k = n·f / d. n is the plane's normal. d = 3 mm is the depth at which the object is held in the
-///            copy, and f is the force of the copy after kSteps soft steps. Each measurement begins with the current
-///            state of the body. Objects are pressed one after the other, so a soft step costs at most twice as much.
-///            An object is not pressed twice at one position.
+///         2. Stiffness: k = n·f / d.
+///            * n is the plane's normal.
+///            * d = 3 mm is the depth at which the object is held in a copy of the body.
+///            * f is the force on the object after kSteps soft steps of the copy.
+///            The copy starts from the current state of the body. Objects are measured one after the other, so a soft
+///            step costs at most twice as much. An object is measured once at each position.
 ///         3. Contact of an object that does not touch yet: a spring k along n, linearised at the depth d. Its force is
 ///            zero at the surface and outside, see soft_wrench().
-///         4. Contact of an object whose force is below k d: the wrench that the step computed. The stiffness is
-///            between that of the step and k, because the contact of the first few samples alone gives no reliable
-///            stiffness.
-/// Limits  The surface is a plane. There is no friction before the touch. A body that yields as a whole feels too
-///         stiff. An object that arrives in less than kSteps soft steps (0.25 s), or while another object is pressed,
-///         gets no prediction
+///         4. Contact of an object that touches with a force below k d: the wrench that the soft step has computed,
+///            with a stiffness between that of the step and k. The contact of the first few samples alone gives no
+///            reliable stiffness.
+/// Limits  The surface is assumed to be a plane. Friction is predicted only after the touch. The contact of a body that
+///         yields as a whole feels too stiff. An object gets no prediction if it arrives within kSteps soft steps (0.25
+///         s), or while another object is measured
 class PredictedSoftContact {
  public:
   /// Distance to the body below which an object is observed.
@@ -34,12 +36,12 @@ class PredictedSoftContact {
   static constexpr double kDepth_m = 3e-3;
   static constexpr int kSteps = 15;
 
-  /// In      things  number of objects that may touch; each step's list of objects begins with them
+  /// In      things  number of objects that may touch. They are the first entries of the list `things` in each step
   PredictedSoftContact(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps, std::size_t things);
   ~PredictedSoftContact();
 
-  /// Updates the surface near each object after a step of the real body. Then advances the copy, into which one object
-  /// is pressed, by one soft step.
+  /// Updates the surface near each object after a step of the real body. Then advances the copy of the body by one soft
+  /// step, with one object held in it.
   void advance(const SoftStep& real, double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things);
   /// Returns the distance from the object to the surface; infinity if no contact can be predicted.
   double gap_m(std::size_t thing) const;
@@ -63,7 +65,7 @@ class PredictedSoftContact {
   std::vector<Vec3> p_W_;   ///< scratch: all samples
   std::vector<Near> near_;  ///< scratch: samples near an object
   std::size_t pressing_ = 0;
-  int steps_ = kSteps;  ///< number of steps since the current press began
+  int steps_ = kSteps;  ///< soft steps since the start of the current measurement
   Pose X_WT_pressing_;
   Vec3 normal_W_pressing_ = Vec3::UnitZ();
   Vec3 p_WT_pressing_ = Vec3::Zero();

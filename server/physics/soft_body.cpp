@@ -108,7 +108,8 @@ void SoftBody::set_at_rest(int index, const btVector3& p_W) {
 }
 
 bool SoftBody::is_finite() const {
-  // Positions beyond the size of any scene count as infinite. Below this limit their squares do not overflow.
+  // A node beyond this distance or speed counts as not finite. No scene is so large, and the squares below do not
+  // overflow.
   constexpr double kFar_m = 1e6;
   for (int i = 0; i < node_count(); ++i) {
     const btSoftBody::Node& node = body_->m_nodes[i];

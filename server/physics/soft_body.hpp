@@ -21,8 +21,8 @@ namespace tandem::server {
 ///            momentum.
 ///         3. finish: v ← (x − x_start)/h.
 /// Source  Mueller, Heidelberger, Hennix, Ratcliff, "Position based dynamics", 2007. Nodes, links, prediction and link
-///         sweeps are Bullet's. Bullet's collisions of soft bodies are not used: they support neither distance fields
-///         nor forces on a tool.
+///         sweeps are those of Bullet. Bullet's own collisions of soft bodies are not used, because they support
+///         neither distance fields nor forces on a tool.
 class SoftBody {
  public:
   SoftBody(const SoftModel& model, const Vec3& gravity_m_per_s2);
@@ -59,14 +59,16 @@ class SoftBody {
 
   Vec3 position(const SoftSample& sample) const;
   Vec3 position_before(const SoftSample& sample) const;
-  /// Inverse of the effective mass against an impulse at the sample; 0 if all nodes of the sample are anchored.
+  /// Inverse of the effective mass that resists an impulse at the sample; 0 if all nodes of the sample are anchored.
   double inverse_mass(const SoftSample& sample) const;
-  /// Moves node i of a sample by bᵢ push / mᵢ, with its weight bᵢ and mass mᵢ. `push` is in kg·m.
+  /// Displaces a sample: moves each of its nodes i by bᵢ push / mᵢ, with the node's weight bᵢ and mass mᵢ. `push` is in
+  /// kg·m.
   void push(const SoftSample& sample, const Vec3& push);
 
   /// Bullet's body, needed for the derivative of a step.
   const btSoftBody& bullet() const { return *body_; }
-  /// Gradient of the volume with respect to each node, from the last solve_volume(). volume_gain() is κ / Σ w|∇V|².
+  /// Gradient of the volume with respect to each node, from the last solve_volume(). volume_gain() returns κ / Σⱼ
+  /// wⱼ|∇ⱼV|² of the same call.
   const std::vector<Vec3>& volume_gradient() const { return volume_gradient_; }
   double volume_gain() const { return volume_gain_; }
 

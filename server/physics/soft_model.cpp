@@ -46,8 +46,8 @@ class Lattice {
   std::array<int, 3> cells_{};
 };
 
-/// Offsets to half of the 26 neighbours of a node: along edges, face diagonals and space diagonals. The other half are
-/// their opposites.
+/// Offsets from a node to half of its 26 neighbours: along edges, face diagonals and space diagonals. With the opposite
+/// offsets, each link would occur twice.
 constexpr std::array<std::array<int, 3>, 13> kNeighbours{{{1, 0, 0},
                                                           {0, 1, 0},
                                                           {0, 0, 1},
@@ -118,8 +118,8 @@ void order_by_colour(SoftModel& model) {
   for (std::size_t i = 0; i < coloured.size(); ++i) model.links[i] = coloured[i].second;
 }
 
-/// Anchors the nodes of the anchored sides: those within 1 % of the body's size. The nodes are still in the body's
-/// frame.
+/// Anchors the nodes at the anchored sides of the body, up to a distance of 1 % of the body's size. Requires node
+/// positions in the body's frame.
 void anchor(SoftModel& model, SoftSides sides) {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (const Vec3& node : model.nodes_W) {
@@ -144,7 +144,8 @@ void scale_mass(SoftModel& model, double mass_kg) {
   for (double& share : model.mass_kg) share *= mass_kg / sum;
 }
 
-/// Samples a surface at `spacing_m`: the nodes, then points on the edges, then points inside the triangles.
+/// Samples a surface at a spacing of at most `spacing_m`. The order is: nodes, points on edges, points inside
+/// triangles.
 class Sampler {
  public:
   Sampler(const SoftModel& model, double spacing_m) : model_(model), spacing_m_(spacing_m) {}
@@ -176,7 +177,7 @@ class Sampler {
     return std::max(1, static_cast<int>(std::ceil(length_m / (std::sqrt(2.0) * spacing_m_))));
   }
   void add_edge(int a, int b) {
-    // The faces list each edge twice, once in each direction. Only one direction is sampled.
+    // Each edge occurs twice in the faces, once in each direction. It is sampled only in the direction a < b.
     if (a > b) return;
     const int n = parts(length(a, b));
     for (int i = 1; i < n; ++i) samples_.push_back({{a, b, b}, {1.0 - double(i) / n, double(i) / n, 0}});
@@ -202,7 +203,8 @@ void add_samples(SoftModel& model) {
     const auto at = [&](std::size_t i) { return model.nodes_W[static_cast<std::size_t>(face[i])]; };
     area_m2 += 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
   }
-  // In a sampling by squares with the side √2 · spacing, one sample belongs to each square, an area of 2 · spacing².
+  // Estimates the spacing at which the limit of samples is reached. In a square grid with the side √2 · spacing, each
+  // sample has an area of 2 · spacing².
   double spacing_m = std::max(kSoftSampleSpacing_m, std::sqrt(0.5 * area_m2 / double(kMaxSoftSamples)));
   do {
     model.samples = Sampler(model, spacing_m).samples();
@@ -225,7 +227,7 @@ SoftModel finished(SoftModel model, const SoftTraits& traits) {
 std::array<std::uint64_t, 3> soft_block_cells(const Vec3& size_m, double spacing_m) {
   Cells cells{};
   for (int axis = 0; axis < 3; ++axis) {
-    // Without the tolerance, rounding could add a cell where the size is a multiple of the spacing.
+    // The tolerance 1e-9 prevents an additional cell by rounding if the size is a multiple of the spacing.
     const double count = std::clamp(std::ceil(size_m[axis] / spacing_m - 1e-9), 1.0, 1e6);
     cells[static_cast<std::size_t>(axis)] = static_cast<std::uint64_t>(count);
   }
@@ -256,7 +258,8 @@ SoftModel make_soft_surface(const geometry::TriangleMesh& mesh, const SoftTraits
   model.nodes_W = mesh.vertices;
   model.faces = mesh.triangles;
   model.mass_kg.assign(mesh.vertices.size(), 0.0);
-  std::map<std::pair<int, int>, int> far_corner;  // third corner of the first triangle at each edge
+  // By edge: the corner opposite to the edge, in the first triangle that contains the edge.
+  std::map<std::pair<int, int>, int> far_corner;
   for (const auto& face : mesh.triangles) {
     const auto at = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(face[i])]; };
     const double area = 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();

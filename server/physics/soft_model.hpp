@@ -11,12 +11,13 @@
 
 namespace tandem::server {
 
-/// Largest number of nodes. With more nodes, a step would take longer than the soft period.
+/// Largest number of nodes of a soft body. A step with more nodes would take longer than the soft period, the time
+/// between two soft steps.
 inline constexpr std::size_t kMaxSoftNodes = 2000;
 /// Largest number of surface samples in addition to the nodes. On a larger surface the spacing is increased.
 inline constexpr std::size_t kMaxSoftSamples = 20'000;
-/// Sample spacing. At rest, the nearest sample of any surface point is within spacing / √2, unless kMaxSoftSamples
-/// increases the spacing.
+/// Spacing of surface samples. For a body at rest, each point of the surface is within spacing / √2 of a sample, unless
+/// kMaxSoftSamples enlarges the spacing.
 inline constexpr double kSoftSampleSpacing_m = 3e-3;
 
 /// A surface point that is tested for contact: a weighted mean of up to three nodes. The weights sum to 1.
@@ -30,8 +31,9 @@ using SoftSides = std::uint8_t;
 
 /// Properties of both kinds of soft bodies (block and surface).
 ///
-/// Stiffness and damping are coefficients of Bullet's position-based solver: fractions of an error that one sweep
-/// corrects. The resulting physical stiffness depends on the rate and the mass (server/SOFT_BODIES.md).
+/// Stiffness and damping are coefficients of Bullet's position-based solver. Each is the fraction of an error that one
+/// sweep or step corrects. The resulting stiffness in N/m depends on the step rate and the mass
+/// (server/SOFT_BODIES.md).
 struct SoftTraits {
   double mass_kg = 0.2;
   SoftSides anchored = 0;  ///< sides whose nodes do not move
@@ -61,8 +63,8 @@ std::uint64_t soft_block_nodes(const std::array<std::uint64_t, 3>& cells);
 /// links.
 SoftModel make_soft_block(const Vec3& size_m, double spacing_m, const SoftTraits& traits);
 
-/// Makes a hollow closed surface. Its links are the edges of the mesh and, against bending, the connections between the
-/// opposite corners of triangles that share an edge. The enclosed volume resists compression.
+/// Makes a hollow closed surface whose enclosed volume resists compression. Each edge of the mesh is a link. For
+/// resistance to bending, the two corners opposite to each edge are linked as well.
 /// In      mesh  each edge belongs to two triangles; corners counter-clockwise seen from outside
 SoftModel make_soft_surface(const geometry::TriangleMesh& mesh, const SoftTraits& traits);
 

@@ -6,11 +6,11 @@
 namespace tandem::server {
 namespace {
 
-/// Margin in the search for candidates (samples that may touch an object), in addition to the motion of sample and
-/// object. Corrections of neighbouring nodes are assumed to move a sample by at most this distance in a step.
+/// Margin of the search for candidates (pairs of sample and object that may touch in the step), added to the motions of
+/// both. It covers corrections of neighbouring nodes, which are assumed to move a sample by at most this distance.
 constexpr double kMargin_m = 8e-3;
-/// Depth that is attributed to rounding. It prevents another correction of a sample that was just moved onto the
-/// surface.
+/// Depth below which a sample counts as lying on the surface. A sample that was just moved onto the surface may have
+/// such a depth by rounding, and needs no further correction.
 constexpr double kTouch_m = 1e-7;
 
 /// Returns the pose at the fraction `share` (0..1) of the motion from `a` to `b`.
@@ -24,7 +24,8 @@ double way_m(const SoftThing& thing) {
   return (thing.X_WT.p - thing.X_WT_before.p).norm() + turn * thing.model->radius_m;
 }
 
-/// Returns ∂n/∂p of the unit gradient n by finite differences; zero at edges, where n is discontinuous.
+/// Returns ∂n/∂p, the derivative of the distance field's unit gradient n with respect to the point, by finite
+/// differences. Returns zero at edges, where n is discontinuous.
 Eigen::Matrix3d bend(const contact::DistanceField& field, const Vec3& p_S) {
   constexpr double kStep_m = 2e-4;
   constexpr double kSharp_per_m = 1e3;
@@ -50,8 +51,8 @@ struct SoftStep::Candidate {
   Vec3 p_T_start = Vec3::Zero();
   double normal_sum = 0;               ///< Σ λ of the sample so far in this step
   Vec3 friction_sum_W = Vec3::Zero();  ///< sum of the friction corrections
-  double clearance_m = 0;              ///< lower bound of the distance to the part when the sample is at p_S_seen
-  Vec3 p_S_seen = Vec3::Zero();        ///< position of the sample at the last distance query, in the frame of the part
+  double clearance_m = 0;              ///< lower bound of the distance between the part and p_S_seen
+  Vec3 p_S_seen = Vec3::Zero();        ///< sample position, in the part's frame, of the last distance query
   bool is_bend_known = false;
   Eigen::Matrix3d bend_S = Eigen::Matrix3d::Zero();
 };
@@ -113,8 +114,8 @@ void SoftStep::update_bounds() {
 bool SoftStep::is_near(const SoftThing& thing, double margin_m) const {
   const Vec3 nearest = thing.X_WT.p.cwiseMax(low_W_).cwiseMin(high_W_);
   if ((nearest - thing.X_WT.p).norm() > thing.model->radius_m + margin_m) return false;
-  // The bounding sphere of a flat object such as a table is much too large, so the distance to its surface is checked
-  // as well.
+  // A flat object, such as a table, has a bounding sphere that is much too large. The distance of its surface from the
+  // bounding sphere of the body is therefore checked as well.
   const Vec3 centre = (low_W_ + high_W_) / 2;
   const double reach = (high_W_ - low_W_).norm() / 2 + margin_m;
   return std::any_of(thing.model->parts.begin(), thing.model->parts.end(), [&](const physics::TouchModel::Part& part) {
@@ -182,7 +183,8 @@ void SoftStep::solve_contact(const SoftThing& thing, int index, int sweep, std::
   const Pose X_WS = place.X_WT * thing.model->parts[static_cast<std::size_t>(candidate.part)].X_BS;
   const Vec3 p_W = body_.position(body_.model().samples[static_cast<std::size_t>(candidate.sample)]);
   const Vec3 p_S = X_WS.q.conjugate() * (p_W - X_WS.p);
-  // A distance changes by at most the displacement of the point (Lipschitz bound), so most queries can be skipped.
+  // When a point moves, its distance changes by at most the displacement (Lipschitz bound). Most queries can therefore
+  // be skipped.
   if (candidate.clearance_m > 0 && (p_S - candidate.p_S_seen).norm() < candidate.clearance_m) return;
   const contact::DistanceSample found = field.sample(p_S);
   candidate.clearance_m = found.distance_m - field.error_m();

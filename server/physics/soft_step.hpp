@@ -20,7 +20,7 @@ struct SoftThing {
   Pose X_WT;
 };
 
-/// One correction by a contact, stored so that the step can be differentiated.
+/// One correction by a contact. All corrections of a step are stored, so that SoftTangent can differentiate the step.
 struct SoftPush {
   enum class Kind { kPress, kStick, kSlide };
 
@@ -29,21 +29,21 @@ struct SoftPush {
   int candidate = 0;  ///< index of the candidate (sample and part), constant during a step
   int sample = 0;
   int thing = 0;
-  double mass_kg = 0;                                ///< effective mass of the sample
-  double way_share = 0;                              ///< fraction of the object's motion done up to this sweep
-  Vec3 normal_W = Vec3::Zero();                      ///< unit normal, outward from the object
-  Vec3 lever_W = Vec3::Zero();                       ///< contact point relative to the object's origin
-  double size = 0;                                   ///< kPress: λ [kg·m]
+  double mass_kg = 0;            ///< effective mass of the sample
+  double way_share = 0;          ///< fraction of the object's motion in this step that is done up to this sweep
+  Vec3 normal_W = Vec3::Zero();  ///< unit normal, outward from the object
+  Vec3 lever_W = Vec3::Zero();   ///< contact point relative to the object's origin
+  double size = 0;               ///< kPress: λ [kg·m]
   Eigen::Matrix3d bend_W = Eigen::Matrix3d::Zero();  ///< kPress: ∂normal/∂p [1/m]
   double friction = 0;                               ///< kStick, kSlide: coefficient μ
   Vec3 slide_W = Vec3::Zero();                       ///< kSlide: unit direction of the friction on the sample
-  double slide_share = 0;                            ///< kSlide: limit μ Σλ divided by the friction needed to stick
+  double slide_share = 0;  ///< kSlide: limit μ Σλ divided by the friction that sticking would need
 };
 
 /// Effect of a soft step on one object.
 struct SoftReaction {
   Wrench impulse_W;        ///< about the object's origin [N·s, N·m·s]
-  double lever_sum_m = 0;  ///< Σ |lever| · |impulse|
+  double lever_sum_m = 0;  ///< Σ |lever| · |impulse| over the contacts, for the mean lever
   double impulse_sum = 0;  ///< Σ |impulse| along normals
 };
 
@@ -56,11 +56,12 @@ struct SoftReaction {
 ///         * λ = d / w: size of the correction [kg·m]
 ///         * h: length of the step [s]
 ///
-///         The object gets the impulse −λ n / h at p, so each correction conserves momentum. Friction moves p along the
-///         surface towards the position that p would have if it had stuck to the object since the start of the step.
-///         The sum of the friction corrections is at most μ Σ λ, with the friction coefficient μ. The object moves from
-///         its old to its new pose during the first half of the sweeps, so that a thin or fast object does not pass
-///         through the surface. The second half of the sweeps approaches equilibrium.
+/// The object gets the impulse −λ n / h at p, so each correction conserves momentum.
+/// * Friction moves p along the surface towards the position that p would have if it had stuck to the object since the
+///   start of the step. The sum of these corrections is at most μ Σ λ, with the friction coefficient μ.
+/// * In the first half of the sweeps, the object moves from its old to its new pose. A thin or fast object thus does
+///   not pass through the surface.
+/// * The second half of the sweeps approaches equilibrium at the new pose.
 /// Limit   soft bodies do not collide with each other or with themselves
 class SoftStep {
  public:
@@ -68,10 +69,9 @@ class SoftStep {
   SoftStep(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps);
   ~SoftStep();
 
-  /// Computes one step of the body among the objects.
-  /// Computes one step of the soft body. Returns true if a node was clamped to the speed limit.
-  /// In      things     the same number of objects in every call
-  /// Out     reactions  one entry per object, to which the reactions of the step are added
+  /// Computes one step of the soft body among the objects. Returns true if a node was clamped to the speed limit.
+  /// In      things     objects; their number is the same in every call
+  /// Out     reactions  one entry per object; the reactions of the step are added to the entries
   bool step(double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things,
             std::span<SoftReaction> reactions);
 
@@ -83,7 +83,8 @@ class SoftStep {
   /// Positions of the nodes at the start of a sweep in the last step.
   std::span<const Vec3> nodes_at(int sweep) const;
   int sweeps() const { return sweeps_; }
-  /// Returns whether the object may be within `margin_m` of the body in its state at the start of the last step.
+  /// Returns whether the object may be within `margin_m` of the body. The state of the body is that at the start of the
+  /// last step.
   bool is_near(const SoftThing& thing, double margin_m) const;
 
  private:

@@ -8,7 +8,7 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kHeld = std::numeric_limits<std::size_t>::max();
-/// Lever arm by which torques are divided, so that eigenvalues of forces and torques are comparable.
+/// Lever arm that converts torques to forces, so that the eigenvalues of a 6×6 stiffness are comparable.
 constexpr double kLever_m = 0.02;
 
 Eigen::Matrix3d cross_matrix(const Vec3& v) {
@@ -17,8 +17,8 @@ Eigen::Matrix3d cross_matrix(const Vec3& v) {
   return matrix;
 }
 
-/// Returns the nearest symmetric matrix without negative eigenvalues, in the norm in which torques are divided by
-/// kLever_m.
+/// Returns the nearest symmetric matrix without negative eigenvalues. Distances of matrices are measured after torques
+/// have been divided by kLever_m.
 Mat6 never_negative(Mat6 stiffness) {
   Vec6 scale;
   scale << 1, 1, 1, kLever_m, kLever_m, kLever_m;
@@ -40,7 +40,7 @@ struct SoftTangent::Link {
   double mobility = 0;                  ///< Bullet's c₀: (w_a + w_b) / stiffness
 };
 
-/// Derivatives of the two sums that a contact accumulates over the sweeps: of normal and of friction corrections.
+/// Derivatives of the sums of normal and of friction corrections that a contact accumulates over the sweeps.
 struct SoftTangent::Sums {
   Row normal = Row::Zero();
   Change friction = Change::Zero();
@@ -56,8 +56,8 @@ SoftTangent::SoftTangent(const SoftModel& model)
 
 SoftTangent::~SoftTangent() = default;
 
-/// Selects the patch, i.e. the nodes that are not fixed: first the nodes that the object has pushed, then their
-/// neighbours, ring by ring.
+/// Selects the patch: the nodes whose motion is differentiated. Nodes that the object has pushed come first, then their
+/// neighbours, ring by ring. All other nodes count as fixed.
 bool SoftTangent::choose_patch(const SoftStep& step, int thing) {
   patch_.clear();
   std::fill(place_.begin(), place_.end(), kHeld);

@@ -10,8 +10,8 @@
 
 namespace tandem::server {
 
-/// Forward differentiation of a SoftStep with respect to the pose X of one object: translation, then rotation about the
-/// object's origin, in W.
+/// Computes the derivative of a SoftStep with respect to the pose X of one object: translation, then rotation about the
+/// object's origin, in world axes.
 ///
 /// Model   δ is the derivative with respect to X; other symbols are those of SoftStep. δx of every node is a 3×6
 ///         matrix. It is initially 0, because the prediction does not depend on X. The derivatives of the sums of each
@@ -25,13 +25,14 @@ namespace tandem::server {
 ///         4. Sticking friction F: δF ← δF + P δm / w =: δG, with P = 1 − n nᵀ. G is the friction needed to stick.
 ///         5. Sliding friction F = μ Σλ t along the unit vector t: δF = μ t δΣλ + (|F|/|G|) (1 − t tᵀ) δG.
 ///         6. Stiffness: K = −∂W/∂X = Σ [1; r×] δ(push) / h², where W is the object's wrench and the sum is over its
-///            pushes. The first push contributes m/h². Each later sweep adds the part that links and volume have
-///            reversed since the sweep before it. Position-based stiffness therefore depends on rate, mass and sweeps.
-///            The result is the symmetric part of K, with its negative eigenvalues set to zero.
+///            pushes. The first push of a contact contributes m/h², with the effective mass m of the sample. Each later
+///            push contributes the part of δx that links and volume have reversed since the sweep before. The stiffness
+///            of a position-based solver thus depends on rate, mass and number of sweeps. The result is the symmetric
+///            part of K, with its negative eigenvalues set to zero.
 /// Source  derived for this project
 /// Limit   Levers, volume gradient and the set of pushes are those of the step, so contacts that begin or end are not
-///         considered. Nodes more than kRings links away from the pushed nodes, and nodes beyond the first kMaxPatch,
-///         are fixed.
+///         considered. Fixed nodes: those more than kRings links away from a pushed node, and those that exceed the
+///         limit kMaxPatch.
 class SoftTangent {
  public:
   static constexpr int kRings = 2;

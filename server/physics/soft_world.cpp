@@ -16,11 +16,11 @@
 namespace tandem::server {
 namespace {
 
-/// Number of sweeps of a soft step. A correction spreads by about one node per sweep; 16 sweeps suffice for a pad of
+/// Number of sweeps of a soft step. A correction spreads by about one node per sweep, so 16 sweeps suffice for a pad of
 /// the size of a hand.
 constexpr int kSweeps = 16;
-/// Displacement of a tool in a soft period above which the tool counts as moved without contact, e.g. by a reset. Such
-/// a tool does not push nodes aside on the path between the two poses.
+/// Displacement of a tool in a soft period above which the tool is assumed to have jumped, e.g. by a reset. It then
+/// does not push aside the nodes between the two poses.
 constexpr double kMaxWay_m = 0.3;
 /// Lower and upper limit of the trust radius of a linear contact.
 constexpr double kMinTrust_m = 1e-3;
@@ -120,7 +120,8 @@ class Stepper {
     body.predicted_contact.advance(body.step, step_s_, settings_.speed_limit_m_per_s, things_);
   }
 
-  /// Sets the trust radius to the penetration depth at which a linear spring with this stiffness has this force.
+  /// Sets the trust radius of each contact to f/k: the depth at which a linear spring with the contact's stiffness k
+  /// has the contact's force f.
   void finish_contacts(Result& result) const {
     for (SoftContact& contact : result.contacts) {
       const double force = contact.wrench_W.f.norm();
@@ -170,8 +171,7 @@ struct SoftWorld::Impl {
     made = taken;
     if (!steps_aside) return;
     worker = std::thread([this] {
-      // The thread of a room that is reset creates this thread. Without this call, its real-time priority would be
-      // inherited.
+      // This thread is created by the thread of a room that is reset, and would inherit its real-time priority.
       realtime::drop_realtime();
       work();
     });
@@ -193,8 +193,8 @@ struct SoftWorld::Impl {
     }
   }
 
-  /// Returns whether the result is ready. Waits only if waits_for_worker is set; otherwise a late result is used in a
-  /// later step.
+  /// Returns whether the result of the worker is ready. If waits_for_worker is set, waits until it is. Otherwise the
+  /// room uses a late result in a later step.
   bool is_ready() {
     if (!worker.joinable() || is_done.load(std::memory_order_acquire)) return true;
     if (!std::exchange(is_known_late, true)) late.fetch_add(1, std::memory_order_relaxed);
@@ -252,7 +252,7 @@ TickFaults SoftWorld::advance(std::span<const std::optional<Pose>> X_WT) noexcep
       impl.steps_left = impl.period;
     }
   }
-  // The contact of a tool without a user is cleared. Otherwise the tool's next user would feel it.
+  // The contact of a tool without a user is cleared, because the next user of that tool would otherwise feel it.
   for (std::size_t i = 0; i < impl.taken.contacts.size() && i < X_WT.size(); ++i) {
     if (!X_WT[i]) impl.taken.contacts[i] = SoftContact{};
   }

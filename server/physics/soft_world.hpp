@@ -5,9 +5,10 @@
 //                      │     of k−n, linear         begin with poses of k+n ─┐
 //   soft step          └──── computed from the poses of k ────┘              └── …
 //
-// A result is used exactly one soft period after its inputs. It is computed either within advance() (lab, replays) or
-// by a worker thread (live server). Both give bit-identical results while the worker is in time. The room does not wait
-// for a late worker: the last result remains in use, and kFaultSoftLate is reported in every step until then.
+// A result is used exactly one soft period after the poses from which it was computed. Either advance() computes it
+// (lab, replays), or a worker thread (live server). Both give bit-identical results while the worker is in time. The
+// room does not wait for a late worker. It continues to use the last result, and reports kFaultSoftLate in every step
+// until the new one is ready.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,7 @@
 
 namespace tandem::server {
 
-/// A rigid object that soft bodies can touch: a tool, a rigid body or a static object.
+/// A rigid object that soft bodies can touch: a tool, a rigid body or a static object. T is the frame of the object.
 struct SoftRigid {
   physics::TouchModel model;  ///< shape in the frame of the object T
   double friction = 0.5;
@@ -32,7 +33,7 @@ struct SoftRigid {
 
 struct SoftWorldSettings {
   std::vector<SoftModel> bodies;
-  std::vector<SoftRigid> tools;      ///< all movable objects, in the order of advance()
+  std::vector<SoftRigid> tools;      ///< tools, followed by movable bodies, in the order of the poses in advance()
   std::vector<SoftRigid> obstacles;  ///< static objects
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   double room_rate_hz = 1000;
@@ -51,7 +52,7 @@ int soft_period_steps(double room_rate_hz, double rate_hz);
 /// Soft bodies in motion, as a deterministic simulation.
 ///
 /// Invariant  The impulses of a correction on tool and nodes are opposite. The impulse of a soft step on a tool equals
-///            the wrench W₀ of its contact times the length of the step
+///            the wrench W₀ of the tool's contact times the length of the step
 ///
 /// Thread  called from one thread at a time (the room's); with steps_aside a separate thread computes the steps
 class SoftWorld final : public physics::SoftBodies {
@@ -64,8 +65,8 @@ class SoftWorld final : public physics::SoftBodies {
 
   /// Advances by one room step. `X_WT` are the new poses of the tools, in the order of the settings' `tools`.
   ///
-  /// Out     faults of the soft step whose result comes into use: kFaultNotFinite (the body is reset),
-  ///         kFaultSpeedLimited. kFaultSoftLate: the worker is late, and the last result remains in use
+  /// Out     faults of the soft step whose result is used from now on: kFaultNotFinite (the body was reset) and
+  ///         kFaultSpeedLimited. kFaultSoftLate: the worker is late, so the previous result remains in use
   /// Cost    with a worker, every n-th step copies poses and swaps buffers, without allocation or lock; without a
   ///         worker, every n-th step includes a soft step
   TickFaults advance(std::span<const std::optional<Pose>> X_WT) noexcept override;

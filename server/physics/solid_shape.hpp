@@ -9,10 +9,10 @@
 namespace tandem::server {
 
 struct SolidShape {
-  wire::Shape shape;                                                ///< shape with all defaults filled in
-  std::shared_ptr<const geometry::TriangleMesh> mesh;               ///< repaired mesh; of a solid, only the closed part
+  wire::Shape shape;                                   ///< shape with all defaults filled in
+  std::shared_ptr<const geometry::TriangleMesh> mesh;  ///< repaired mesh; for a solid, only its closed parts
   geometry::SurfaceKind mesh_kind = geometry::SurfaceKind::kSolid;  ///< a sheet encloses no volume
-  std::shared_ptr<const geometry::ContactMesh> touched{};           ///< mesh for contact, with all open parts
+  std::shared_ptr<const geometry::ContactMesh> touched{};           ///< mesh for contact, including its open parts
 };
 
 }  // namespace tandem::server

@@ -62,7 +62,8 @@ wire::RecordedRoom RoomRecorder::description(std::uint32_t part) const {
   return out;
 }
 
-/// Appends a record to the ring. If it does not fit, the step is lost, and its later records are not appended.
+/// Appends a record to the ring. If the ring is full, the whole step is lost, and further records of that step are not
+/// appended.
 template <class What>
 void RoomRecorder::push(const What& what) noexcept {
   if (is_losing_ || !ring_.push({step_, what})) is_losing_ = true;

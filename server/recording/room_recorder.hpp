@@ -4,8 +4,8 @@
 //   on_command, on_input ──┐
 //   on_step: hashes, states ──ring──▶    drain(): complete steps to messages ▶ RecordingFile
 //
-// If a record does not fit into the ring, its whole step is discarded and counted. Messages that the disk does not
-// accept are discarded and counted by RecordingFile.
+// If a record does not fit into the ring, its whole step is discarded and counted. Messages that cannot be written to
+// disk are discarded and counted by RecordingFile.
 #pragma once
 
 #include <atomic>
@@ -26,7 +26,8 @@ struct RoomRecording {
   std::uint64_t recording = 0;  ///< number shared by the files of one recording
   Duration unix_offset{0};      ///< Unix time minus the time of the room's clock
   double states_hz = 50;        ///< rate of recorded states; limited to one per step
-  std::size_t capacity = 4096;  ///< ring capacity [records]; each step, command, input and state takes one record
+  /// Ring capacity [records]; a step takes one record, plus one for each of its commands, inputs and states.
+  std::size_t capacity = 4096;
   recording::RotationSettings rotation{};
   std::optional<wire::RoomCheckpoint> restored{};  ///< state from which the room resumes; none if it starts anew
 };
@@ -42,8 +43,8 @@ class RoomRecorder final : public RoomWatcher {
   void on_input(std::size_t seat, const proto::ClientUpdate& input) noexcept override;
   void on_step(const Room& room, ServerTime now, TickFaults faults) noexcept override;
 
-  /// Writes the pending steps, and flushes the file if this is due. All calls must come from one thread, which must not
-  /// be the room thread.
+  /// Writes the pending steps. Flushes the file if the last flush is long enough ago (StepWriter::flush_if_due()).
+  /// Always call it on the same thread, which must not be the room thread.
   void drain();
   /// Writes all remaining steps and closes the file. Call after the last step.
   void finish();
@@ -53,7 +54,8 @@ class RoomRecorder final : public RoomWatcher {
   /// Returns the file of the recording.
   /// Thread  the thread of drain(); the counters of the file may be read on any thread
   const recording::RecordingFile& file() const { return writer_.file(); }
-  /// Returns the message for the operator since the last call; empty if there is none. Thread: the thread of drain().
+  /// Returns the message for the operator that has arisen since the last call; empty if there is none. Thread: the
+  /// thread of drain().
   std::string pop_news();
 
  private:

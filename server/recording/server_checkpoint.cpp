@@ -37,20 +37,20 @@ class ServerCheckpoint::Watch final : public RoomWatcher {
   void on_command(const RoomCommand& /*command*/) noexcept override {}
   void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
   void on_step(const Room& room, ServerTime /*now*/, TickFaults /*faults*/) noexcept override {
-    // The last state before the room becomes idle is published in any case.
+    // A room that becomes idle makes no further steps, so its last state is published regardless of the period.
     if (room.steps_done().value % every_ != 0 && !room.is_idle()) return;
     room.describe(states.back());
     states.publish();
   }
 
-  // Copies are stored, because the room may be destroyed before this object.
+  // Copies of the room's data, because the room may be destroyed before this object.
   const std::string name;
   const std::shared_ptr<const LoadedScene> scene;
   realtime::Mailbox<RoomState> states;
 
  private:
-  /// Returns a state with space for all nodes of the soft bodies, so that the room thread can fill it without
-  /// allocating.
+  /// Returns a state with space for all nodes of the soft bodies, so that the room thread can fill it in without
+  /// allocation.
   static RoomState with_all_nodes(const LoadedScene& scene) {
     RoomState state;
     for (const SoftModel& body : scene.soft_bodies) {

@@ -24,14 +24,14 @@ namespace tandem::server {
 /// reader therefore finds either the old or the new state, always complete.
 class ServerCheckpoint final : public RoomService {
  public:
-  /// Resumes the rooms from the file, and then observes their steps. The stored state of a room is ignored if it is
-  /// older than both kResumeWithin and the scene's limits.reset_after_s, or if it belongs to another scene. A
-  /// reset_after_s of 0 keeps the state for ever.
+  /// Resumes the rooms from the file, and then observes their steps. The stored state of a room is ignored in two
+  /// cases: it belongs to another scene, or its age exceeds both kResumeWithin and the scene's limits.reset_after_s.
+  /// With a reset_after_s of 0 it never becomes too old.
   /// In      folder  must be used by this server only (lock_state() of server/app)
   ///         rooms  must not step before the constructor returns
   ///         audience  public key of the server; empty for a server without key, which has no credentials
-  ///         unix_ms  returns the current time [ms since 1970], from which the next start computes the age of the file;
-  ///                  the writes are timed by a monotonic clock
+  ///         unix_ms  returns the current time [ms since 1970]. It is stored in the file, so that the next start can
+  ///                  compute the age of the file. The period of writes is measured by a monotonic clock
   ///         on_news  receives messages for the operator; called in the constructor and on the checkpoint thread
   ServerCheckpoint(const std::filesystem::path& folder, const std::vector<std::unique_ptr<Room>>& rooms,
                    std::string audience, std::function<std::uint64_t()> unix_ms,
@@ -40,14 +40,15 @@ class ServerCheckpoint final : public RoomService {
   ServerCheckpoint(const ServerCheckpoint&) = delete;
   ServerCheckpoint& operator=(const ServerCheckpoint&) = delete;
 
-  /// Admission state of the previous run; empty if there is none, or if that server had another key.
+  /// Returns the admission state of the previous run; empty if there is none, or if the previous server had another
+  /// key.
   const wire::AdmissionState& admission() const { return admission_; }
   /// State from which a room resumed; none if the room started from its scene.
   const std::optional<wire::RoomCheckpoint>& restored(std::size_t room) const { return restored_.at(room); }
   /// Sets the admission state to be written.
   /// Thread  io
   void note(const wire::AdmissionState& admission);
-  /// Starts the checkpoint thread. Without it, the caller must call work().
+  /// Starts the checkpoint thread, which calls work(). If the thread is not started, the caller must call work().
   void start();
   /// Writes the file if the state has changed. Changes of rooms are written at most every 0.5 s, those of credentials
   /// immediately. A failed write is retried with a back-off of 0.5 s to 8 s, even if all rooms are idle.

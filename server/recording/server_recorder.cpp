@@ -8,8 +8,8 @@
 namespace tandem::server {
 namespace {
 
-/// Period of the recorder thread. It is far shorter than the time that a room's ring covers: at least 1 s of steps with
-/// two users.
+/// Period of the recorder thread. The ring of a room holds the records of at least 1 s with two users, so it cannot
+/// overflow within this period.
 constexpr Duration kWriteEvery = std::chrono::milliseconds(20);
 
 /// Replaces the characters of a room name that are not allowed in a file name.

@@ -12,8 +12,8 @@
 
 namespace tandem::server {
 
-/// Writes one recording per room into a folder. Its first file is named ROOM-20261122T071500Z.mcap; the names of the
-/// files that follow after a rotation end with -002 and so on.
+/// Writes one recording per room into a folder. The first file of a recording is named ROOM-20261122T071500Z.mcap. When
+/// a file is full, the next one begins (rotation); its name ends with -002, -003 and so on.
 class ServerRecorder final : public RoomService {
  public:
   /// Starts to record the rooms, which must outlive the recorder and must not have stepped yet.

@@ -30,7 +30,7 @@ bool read(const google::protobuf::RepeatedField<double>& from, CouplingParameter
   return std::ranges::all_of(from, [](double number) { return number >= 0; });  // also refuses NaN
 }
 
-/// FNV-1a hash with 64-bit words as input units, folded to 32 bits.
+/// FNV-1a hash that takes 64-bit words instead of bytes, and folds the result to 32 bits.
 class Hash {
  public:
   void add(std::uint64_t word) noexcept { value_ = (value_ ^ word) * 0x100000001b3U; }
@@ -138,8 +138,8 @@ wire::RecordedInput recorded(const TakenInput& input) {
   return out;
 }
 
-/// Checks an input with the parser for network input. The parser normalises the rotation, but the room used the
-/// recorded rotation. Therefore the recorded rotation is copied after the check.
+/// Converts a recorded input after a check by the parser for network input. The parser normalises the rotation, but the
+/// room has used the rotation as recorded. The recorded rotation is therefore copied back after the check.
 std::optional<TakenInput> input_of(const wire::RecordedInput& in) {
   TakenInput input{in.seat(), {}};
   const std::string payload = in.update().SerializeAsString();

@@ -12,7 +12,6 @@
 namespace tandem::server {
 
 wire::RecordedCommand recorded(const RoomCommand& command);
-/// Converts a recorded command back to the command.
 /// Converts a recorded command to a command of the room.
 /// Fails   returns none if a number is out of range
 std::optional<RoomCommand> command_of(const wire::RecordedCommand& recorded);
@@ -23,7 +22,6 @@ struct TakenInput {
   proto::ClientUpdate update;
 };
 wire::RecordedInput recorded(const TakenInput& input);
-/// Converts a recorded input back to the input.
 /// Converts a recorded input to an input of the room.
 /// Fails   returns none if a server would not have accepted this input
 std::optional<TakenInput> input_of(const wire::RecordedInput& recorded);

@@ -10,8 +10,8 @@
 namespace tandem::server {
 namespace {
 
-/// Period of flushes. If the server is killed, at most the steps of this period and of one period of the recorder
-/// thread are lost.
+/// Period of flushes. If the server is killed, at most the steps of this period, and of one period of the recorder
+/// thread (20 ms), are lost.
 constexpr std::uint64_t kFlushEvery_ns = 250'000'000;
 
 std::uint64_t unix_ns(ServerTime time, Duration offset) {

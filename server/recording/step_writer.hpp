@@ -46,10 +46,11 @@ class StepWriter {
   StepWriter(std::filesystem::path file, recording::McapWriter writer, recording::RotationSettings rotation,
              recording::RecordingFile::Describe describe, Duration unix_offset);
 
-  /// Adds a record to the messages of its step, and writes the messages with the last record.
+  /// Adds a record to the messages of its step. The last record of the step completes these messages, and they are
+  /// written.
   void write(const StepRecord& record);
   /// Flushes the file if the newest step is 250 ms later than the last flush. If no step was written since the last
-  /// call, the room is idle, and everything is flushed.
+  /// call, the room is idle, and the file is flushed as well.
   void flush_if_due();
 
   recording::RecordingFile& file() { return file_; }
@@ -64,7 +65,8 @@ class StepWriter {
   std::uint32_t records_ = 0;  ///< number of records of this step so far
   wire::RecordedStep message_;
   wire::RecordedStates states_;
-  /// Times [ns]: of the newest step; of the newest step at the last check; of the newest step at the last flush.
+  /// Times of three steps [ns]: the newest step, the newest step at the last check, and the newest step at the last
+  /// flush.
   std::uint64_t newest_ns_ = 0, checked_ns_ = 0, flushed_ns_ = 0;
 };
 

@@ -10,10 +10,11 @@ namespace {
 constexpr double kUsualTicks_per_s = 1000;
 /// Longest silence between two inputs that counts as network jitter. A longer silence counts as an absence of the user.
 constexpr Duration kMaxGap = std::chrono::milliseconds(115);
-/// Deviation of the played tick from the tick that the delay demands, in ticks. With a larger deviation the stride
-/// changes (see InputPlayout).
+/// Largest difference [ticks] between the played tick and the tick that the delay demands. Beyond it the stride, the
+/// advance of the played tick per step, changes (see InputPlayout).
 constexpr double kStrideTolerance = 0.75;
-/// Length of lead_ below which it is set to zero. A hand cannot feel a jump of this size.
+/// Length below which lead_, the offset of the played position after an extrapolation, is set to zero. A hand cannot
+/// feel a jump of this size.
 constexpr double kNoLead_m = 1e-6;
 /// Largest plausible difference of ticks between two inputs. A larger difference means that the client has restarted
 /// its count. The limit also keeps differences of ticks exact as doubles.
@@ -95,8 +96,9 @@ double InputPlayout::ticks_per_second() const noexcept {
   return count_ > 1 ? ticks / to_seconds(newest.sent - oldest.sent) : kUsualTicks_per_s;
 }
 
-/// Returns the number of ticks from the oldest input to `client_time`, a time of the client's clock. The ticks are
-/// interpolated between two inputs; for times before or after all stored inputs, their mean rate is used.
+/// Returns the number of ticks from the oldest stored input to `client_time`, a time of the client's clock. Between two
+/// stored inputs the ticks are interpolated. Before the first and after the last one they are extrapolated at the mean
+/// tick rate.
 double InputPlayout::ticks_until(Duration client_time) const noexcept {
   std::size_t age = 0;
   while (age + 1 < count_ && input(age).sent > client_time) ++age;
@@ -110,8 +112,8 @@ double InputPlayout::ticks_until(Duration client_time) const noexcept {
   return static_cast<double>(before.tick.value - first) + to_seconds(client_time - before.sent) * rate;
 }
 
-/// Selects the tick to play, which never precedes the last played tick. A playout that lags behind catches up by two
-/// strides in every fourth step (kCatchUpSteps).
+/// Selects the tick to play. It never precedes the last played tick. If the played tick lags behind, it advances by two
+/// strides instead of one in every fourth step (kCatchUpSteps).
 /// In      wanted  tick that the delay demands now, counted from the oldest input
 void InputPlayout::choose_tick(double wanted) noexcept {
   const std::uint64_t first = input(count_ - 1).tick.value;
@@ -162,8 +164,11 @@ std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
   return played;
 }
 
-/// Adds lead_, the offset that run_on() has caused. During an underrun lead_ is set such that the extrapolated position
-/// is held. After the underrun lead_ decays, so that the position returns to the played inputs without a jump.
+/// Adds the offset lead_ to the played position, so that the position does not jump at the end of an extrapolation by
+/// run_on().
+/// * During an underrun, lead_ holds the position to which run_on() has extrapolated.
+/// * After the underrun, lead_ decays with the time constant kLeadFade_s, and the position returns to the played
+///   inputs.
 void InputPlayout::lead(PlayedInput& played) noexcept {
   if (has_run_on_) lead_ = played_p_ - played.handle.X.p;
   if (!played.has_underrun) {

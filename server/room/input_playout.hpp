@@ -62,8 +62,8 @@ class InputPlayout {
   /// The first input is returned before its due time as well, so that the tool is held at the hand from the start.
   std::optional<PlayedInput> play(Duration now) noexcept;
   /// Extrapolates the input that play() has just returned with an underrun. If the hand has in fact stopped, the tool
-  /// moves too far, by up to kRunOnMost_m. Use this function only where a held tool would be worse: where it would drop
-  /// a shared object, or would stop a carried object and fling it when inputs arrive again.
+  /// moves too far, by up to kRunOnMost_m. Use this function only where holding the tool would be worse. Holding would
+  /// drop a shared object. It would also stop a carried object, and fling it when inputs arrive again.
   void run_on(PlayedInput& played) noexcept;
   /// Discards all inputs. The next input starts a new sequence.
   void reset() noexcept;

@@ -210,7 +210,7 @@ void Room::apply_commands() noexcept {
   for (RoomWatcher* const watcher : watchers_) watcher->on_commands_done();
 }
 
-/// Returns whether a command sets a coupling that belongs to an earlier level of the game.
+/// Returns whether a command sets a coupling that was chosen for an earlier level of the game.
 bool Room::is_outdated(const RoomCommand& command) const noexcept {
   return command.kind == RoomCommand::Kind::kSetCoupling && command.entries != 0 && game_ &&
          command.entries != game_->status().entries;
@@ -428,8 +428,8 @@ TickFaults Room::receive_input(User& user) noexcept {
   if (!input.has_arrived) return 0;
   const bool is_stale = time_done() - input.arrived > kInputStaleAfter;
   if (is_stale || !input.has_handle()) {
-    // Without a handle the driver plays out no inputs and therefore no buttons, so a release of the button acts at
-    // once.
+    // A driver with a delay applies the buttons of an input when it plays that input. Without a handle it plays no
+    // input. A release of the grab button is therefore applied here, at once.
     if ((input.newest.buttons & kButtonGrab) == 0) follow_grab_button(user, 0);
     user.release_tool();
     return is_stale ? TickFaults{kFaultInputStale} : 0;
@@ -449,8 +449,8 @@ void Room::receive_newest(User& user) noexcept {
   input.has_gaps = user.seat.leaves_gaps || has_left_a_gap;
   input.has_arrived = true;
   ToolDriver& driver = user.driver_for(input.newest.mode);
-  // A driver with a delay applies the buttons of an input when it plays that input. Without a valid handle nothing is
-  // played, so a release acts at once, and the user can drop the body.
+  // A driver with a delay applies the buttons of an input when it plays that input. It does not play an input without a
+  // valid handle. Such an input can only release the grab button, and the release is applied at once.
   const bool is_down = (input.newest.buttons & kButtonGrab) != 0;
   if (input.newest.handle_valid ? !driver.delays_buttons() : !is_down) follow_grab_button(user, input.newest.buttons);
   if (&driver != user.driver) {

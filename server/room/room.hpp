@@ -40,8 +40,8 @@
 namespace tandem::server {
 
 /// Command from the io thread to the room, about a seat. Every command uses `index` and `user` of `seat`; only kJoin
-/// uses the other fields of `seat`. kSetSignal comes from a source of signals, which has no seat: its `user` is only
-/// recorded.
+/// uses the other fields of `seat`. kSetSignal comes from a source of signals. A source has no seat, so `user` serves
+/// only for the recording.
 struct RoomCommand {
   enum class Kind : std::uint8_t {
     kJoin,
@@ -61,13 +61,13 @@ struct RoomCommand {
   std::uint32_t request = 0;                      ///< kGrab, kRelease: request number, copied into the event
   haptics::CouplingParameters coupling = {};      ///< kSetCoupling: new coefficients
   const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: the law is unchanged
-  std::uint32_t entries = 0;                      ///< kSetCoupling: level of the coupling (GameStatus::entries); 0: any
-  BodyId beside = {};                             ///< kPlace: reference body
-  Pose X_SB = {};                                 ///< kPlace: pose of `body` in the frame of `beside`
-  std::uint8_t level = 0;                         ///< kStartLevel: index of the level in the scene's game
-  bool is_weightless = false;                     ///< kSetWeight: true: gravity is off
-  std::uint8_t signal = 0;                        ///< kSetSignal: index of the signal of the game
-  SignalValue signal_value = {};                  ///< kSetSignal: new value of the signal
+  std::uint32_t entries = 0;  ///< kSetCoupling: level for which the coupling was chosen, as GameStatus::entries; 0: any
+  BodyId beside = {};         ///< kPlace: reference body
+  Pose X_SB = {};             ///< kPlace: pose of `body` in the frame of `beside`
+  std::uint8_t level = 0;     ///< kStartLevel: index of the level in the scene's game
+  bool is_weightless = false;     ///< kSetWeight: true: gravity is off
+  std::uint8_t signal = 0;        ///< kSetSignal: index of the signal of the game
+  SignalValue signal_value = {};  ///< kSetSignal: new value of the signal
 };
 
 /// Event from the room to the io thread. kReturned concerns all users and has only the field `body`.
@@ -85,8 +85,9 @@ struct RoomUpdate {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   /// States of all users with tools. for_seat() removes the recipient's own state.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
-  std::array<UserId, proto::kMaxUsers> user;                      ///< user of the seat; invalid: the seat is free
-  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};  ///< number of grabs and releases served for that user
+  std::array<UserId, proto::kMaxUsers> user;  ///< user of the seat; invalid: the seat is free
+  /// Number of grabs and releases served for the seat's user.
+  std::array<std::uint64_t, proto::kMaxUsers> requests_served{};
   std::array<proto::OwnUpdate, proto::kMaxUsers> own;
 
   /// Returns the update for the user of one seat.
@@ -136,7 +137,7 @@ struct RoomState {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
   boost::container::static_vector<Tool, proto::kMaxUsers> tools;
   std::optional<GameStatus> game;  ///< none: the scene has no game
-  std::vector<Vec3> soft_nodes_W;  ///< nodes of all soft bodies in their order; empty: as in the scene
+  std::vector<Vec3> soft_nodes_W;  ///< positions of the nodes of all soft bodies, body after body; empty: at rest
 };
 
 class Room;
@@ -187,9 +188,9 @@ class Room {
   /// Adds a watcher; call it before the first step. At most kMaxWatchers are allowed, and each must outlive the room's
   /// steps.
   void watch(RoomWatcher& watcher) { watchers_.push_back(&watcher); }
-  /// Restores a saved state; call it before the first step. A user who takes a saved tool within kKeptFor finds the
-  /// tool at its saved pose, holding its body. Until the tool is taken, this body does not move. Values out of range
-  /// are ignored.
+  /// Restores a saved state. Call it before the first step. Each saved tool is reserved for its user for the time
+  /// kKeptFor, during which its held body does not move. A user who takes the tool in this time finds it at its saved
+  /// pose, holding the body. Values out of range are ignored.
   void resume(const RoomState& state);
 
   // Functions for the room thread.
@@ -208,7 +209,8 @@ class Room {
   bool is_idle() const;
   /// Returns whether no seat has a user.
   bool is_empty() const noexcept;
-  /// Adds `faults` to the next updates. The room loop reports its own faults by it, e.g. kFaultOverrun.
+  /// Adds `faults` to the next updates. The thread that steps the room reports faults of its timing with it, for
+  /// example kFaultOverrun.
   void report(TickFaults faults) { pending_faults_ |= faults; }
   /// Returns the number of events of the room and its game that were dropped because the queue to io was full (256
   /// events).
@@ -282,7 +284,7 @@ class Room {
   bool is_as_at_start_ = true;
   TickFaults pending_faults_ = 0;
   TickFaults late_faults_ = 0;  ///< faults of the last finish(), which the next step reports
-  /// Time and faults of a step that still lacks finish(); none: finish() has run.
+  /// Time and faults of the step for which answer() has run but finish() has not; none: there is no such step.
   std::optional<std::pair<ServerTime, TickFaults>> answered_;
   std::uint64_t events_lost_ = 0;
 };

@@ -5,7 +5,7 @@
 namespace tandem::server {
 namespace {
 
-/// Number of unposted commands above which a room accepts no new users, so that their queue stays bounded.
+/// Number of commands waiting in RoomSeats above which a room accepts no new users, so that the queue stays bounded.
 constexpr std::size_t kMaxNewUsers = 4 * proto::kMaxUsers;
 
 }  // namespace

@@ -21,8 +21,8 @@ inline constexpr std::size_t kMaxSignalSources = 8;
 
 /// Assigns the seats of one room, and posts the commands of their users to the room's loop.
 ///
-/// Thread  io. Const members, and on_update() for different seats, are called by a room thread that helps with sending,
-///         too.
+/// Thread  io. A room thread that helps io with sending calls const members and on_update() at the same time as io, but
+///         on_update() for other seats than io.
 class RoomSeats {
  public:
   explicit RoomSeats(Room& room);
@@ -37,15 +37,15 @@ class RoomSeats {
 
   /// Assigns a free seat, and to a manipulator also a free tool. Returns nothing if the limits of the scene are
   /// reached.
-  /// In      leaves_gaps  the user's client suppresses inputs that can be extrapolated (deadband)
+  /// In      leaves_gaps  true: the user's client suppresses inputs that can be extrapolated (deadband)
   ///         device_bounds  largest coupling that this user's device supports, in device newtons and metres
-  ///         user_name  for recordings
-  ///         tool  tool that the user had before; it is preferred if it is free
+  ///         user_name  name of the user, for recordings
+  ///         tool  tool that the user had before a resume; it is assigned if it is free
   std::optional<Seat> allocate(UserRole role, bool leaves_gaps = false,
                                const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds,
                                std::string_view user_name = "", std::optional<std::uint8_t> tool = std::nullopt);
-  /// Returns the entry of a new source of signals, which has a user id but no seat; none if the room has
-  /// kMaxSignalSources of them. leave() removes it.
+  /// Registers a new source of signals. Returns its entry, which has a user id but occupies no seat; none if the room
+  /// already has kMaxSignalSources sources. leave() removes the entry.
   std::optional<Seat> add_source(std::string_view name);
   /// Posts a value of a signal. Returns false if the room's queue is full.
   bool set_signal(const Seat& source, std::uint8_t signal, const SignalValue& value);
@@ -56,27 +56,25 @@ class RoomSeats {
   bool has_operator() const;
   void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
   /// Sets the coupling law of the room.
-  /// Sets the law of the room's coupling.
-  /// In      law  a law that the scene permits (haptics::law_change_problem())
+  /// In      law  must be a law that the scene permits (haptics::law_change_problem())
   void set_law(const Seat& seat, const haptics::CouplingLawInfo& law);
   /// Moves all bodies back to their start (World::return_all()). Returns false, without effect, if the room's queue is
   /// full or kResetRate is exceeded. The rate is limited because each reset sends an event per moving body to every
   /// user.
   bool reset(const Seat& seat, LocalTime now);
-  /// Records the coupling of a new level of the game. The room itself has already applied it, and discards couplings that
-  /// were set for an earlier level.
+  /// Records the coupling of a new level of the game. The room has already applied this coupling. It discards commands
+  /// with couplings that were chosen for an earlier level.
   /// In      entries  count of entered levels (GameStatus::entries), which identifies the level
   void follow_level(const physics::SceneCoupling& coupling, std::uint32_t entries);
   /// Posts a command for the game of the room. Returns false if the room's queue is full.
   bool play(const Seat& seat, RoomCommand command) { return place(seat, command); }
   /// Posts a command of a user to the room, for example to move a body to a pose.
-  /// Posts a command to the room.
-  /// In      placing  command to post; its `seat` is replaced by the argument
+  /// In      placing  command to post; its `seat` is replaced by the argument `seat`
   /// Out     false: the room's queue is full
   bool place(const Seat& seat, RoomCommand placing);
-  /// Posts a grab. Returns false, without effect, if the room's queue is full or the last request of this seat is still
-  /// unserved (see on_update()). A single user can thus not fill the shared queue. The caller notifies the user of a
-  /// refusal.
+  /// Posts a grab. Returns false, without effect, if the room's queue is full, or if the last request of this seat is
+  /// not served yet (see on_update()). A single user can thus not fill the shared queue. If false is returned, the
+  /// caller must notify the user.
   bool grab(const Seat& seat, BodyId body, std::uint32_t request);
   bool release(const Seat& seat, std::uint32_t request);
   /// Copies the number of served requests and the held body of the seat's user from an update. Every update repeats
@@ -102,7 +100,8 @@ class RoomSeats {
   std::array<BodyId, proto::kMaxUsers> held_{};              ///< body held by the seat's tool, indexed by seat
   std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< number of grabs and releases since the user joined
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
-  std::uint32_t entries_ = 0;  ///< level to which new couplings belong, as GameStatus::entries; 0: no level sets them
+  /// Level for which new couplings are chosen, as GameStatus::entries; 0: they hold for any level.
+  std::uint32_t entries_ = 0;
   std::uint32_t last_user_ = 0;
   std::size_t sources_ = 0;  ///< number of sources of signals
   net::TokenBucket resets_{kResetRate};

@@ -14,9 +14,9 @@ namespace tandem::server {
 
 /// Counts the users whose hands are present, and sets the time of the common start.
 ///
-/// Model   When the hands of RoomStartSettings::users users are present, the start is set to now + countdown. If a user
-///         leaves before that time and too few remain, the start is cancelled. A start that has passed stays in force
-///         until the last user leaves.
+/// Model   When the hands of RoomStartSettings::users users are present, the start is set to now + countdown. It is
+///         cancelled if a user leaves before that time and too few users remain. Once the start time has passed, the
+///         start remains valid until the last user leaves.
 /// Thread  io
 class RoomStart {
  public:

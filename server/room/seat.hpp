@@ -9,8 +9,11 @@
 
 namespace tandem::server {
 
-/// kOperator: a manipulator who may also set the room's parameters; at most one per room. kSignal: a program that sends
-/// signals to the game, and that has no seat.
+/// Role of a user in a room.
+/// * kManipulator: has a tool.
+/// * kObserver: receives states but has no tool.
+/// * kOperator: a manipulator who may also set the room's parameters; at most one per room.
+/// * kSignal: a program that sends signals to the game; it has no seat.
 enum class UserRole : std::uint8_t { kManipulator, kObserver, kOperator, kSignal };
 constexpr bool has_tool(UserRole role) {
   return role == UserRole::kManipulator || role == UserRole::kOperator;

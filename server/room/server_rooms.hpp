@@ -19,9 +19,9 @@ namespace tandem::server {
 class RoomService {
  public:
   virtual ~RoomService() = default;
-  /// Completes or discards queued work, and joins the thread of the service. It is called after the last step of each
-  /// room and the last call from the io thread, even after an exception there. Repeated calls have no effect. The
-  /// destructor does the same if it was never called.
+  /// Completes or discards queued work, and joins the thread of the service. Called after the last step of each room
+  /// and the last call from the io thread, even if the io thread has thrown an exception. Repeated calls have no
+  /// effect. The destructor of the service does the same work if finish() was never called.
   virtual void finish() = 0;
 };
 

@@ -17,7 +17,7 @@ physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene
 Duration quickest_step(const std::shared_ptr<const LoadedScene>& scene) {
   physics::World world = make_server_world(scene, false);
   for (std::size_t tool = 0; tool < scene->world.tools.size(); ++tool) world.activate_tool(tool);
-  // The room of a game has only the bodies of one level at a time.
+  // In a game, a room contains only the bodies of the current level. The bodies that the first level lacks are removed.
   if (const auto plan = make_game_plan(*scene)) {
     for (std::size_t body = 0; body < scene->world.bodies.size(); ++body) {
       if ((plan->levels.front().absent >> body & 1U) != 0) world.remove_body(body_id_at(body));

@@ -9,8 +9,8 @@ namespace tandem::server {
 
 physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene, bool steps_soft_aside = false);
 
-/// Returns the shortest time of several steps with every tool at its start pose. It is a lower bound of the step time
-/// on this machine.
+/// Measures several steps of a scene with every tool at its start pose. Returns the shortest measured step time, a
+/// lower bound of the step time on this machine.
 Duration quickest_step(const std::shared_ptr<const LoadedScene>& scene);
 
 }  // namespace tandem::server

@@ -68,10 +68,12 @@ class PlayoutDriver final : public ToolDriver {
   InputPlayout playout_;
 };
 
-/// Driver for ClientMode::kWave. The received waves move a virtual handle, and the coupling pulls the tool to it. The
-/// coupling's force is sent back as a wave. The hand's position serves only to correct drift of the virtual handle.
-/// Both ends keep an energy balance: if the client assumes another wave impedance, waves are reflected but energy is
-/// not created.
+/// Driver for ClientMode::kWave, for connections with delay.
+/// 1. The received waves move a virtual handle, and the coupling pulls the tool to it.
+/// 2. The coupling's force is sent back as a wave.
+/// 3. The hand's position serves only to correct drift of the virtual handle.
+/// Client and server each keep an energy balance. A client that assumes a different wave impedance thus reflects waves,
+/// but creates no energy.
 class WaveDriver final : public ToolDriver {
  public:
   WaveDriver(Duration period, ToolPort& port) : step_s_(to_seconds(period)), port_(port) {}

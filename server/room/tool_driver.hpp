@@ -21,7 +21,7 @@ struct UserInput {
   bool has_arrived = false;  ///< whether an input has arrived
   bool has_gaps = false;     ///< whether the client suppresses inputs (deadband); the handle is then extrapolated
   Tick answered;             ///< tick of the handle in use
-  Wrench on_hand_W;          ///< wrench displayed to the hand at that tick, if the client reports it
+  Wrench on_hand_W;  ///< wrench on the hand at the tick `answered`, reported by the client or computed by the driver
 
   bool has_handle() const { return has_arrived && newest.handle_valid; }
   /// Returns the approximate age of the handle in use: half of the round trip; 0: unknown.
@@ -45,7 +45,8 @@ class ToolDriver {
   /// In      input  has a valid handle
   /// Out     buttons that act in this step; nothing from a driver that does not delay buttons
   virtual std::optional<std::uint32_t> drive(UserInput& input, Duration now) noexcept = 0;
-  /// Called after the world's step, provided that the newest input has a handle.
+  /// Evaluates the world's step, for example the energy that the tool has exchanged. Called after the step, provided
+  /// that the newest input has a handle.
   virtual void settle() noexcept {}
   /// Adds the values that only clients of this mode use to an update.
   virtual void describe(proto::OwnUpdate& /*update*/) const noexcept {}

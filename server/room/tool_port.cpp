@@ -9,8 +9,8 @@
 namespace tandem::server {
 namespace {
 
-/// Factor by which the reported hand force may exceed the force limits of the coupling, because prediction and damping
-/// exceed them for a short time. The factor is an assumption.
+/// Factor by which the reported hand force may exceed the force limits of the coupling. Prediction and damping at the
+/// client exceed these limits for a short time. The value is an assumption.
 constexpr double kOverLimit = 2.0;
 
 }  // namespace

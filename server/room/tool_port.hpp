@@ -1,5 +1,5 @@
-// Port between a user and the world: the place where they exchange energy. The user's handle pulls the tool, and the
-// port accounts for the energy that the tool gives to the world.
+// Connection between one user's hand and the tool of that user in the world. The handle pulls the tool, and the port
+// accounts for the energy that the tool gives to the world.
 #pragma once
 
 #include <optional>
@@ -10,14 +10,14 @@
 
 namespace tandem::server {
 
-/// Port of one seat.
+/// Sets the handle that pulls the tool of one seat, and limits the energy that the tool gives to the world.
 ///
 /// Thread  room: no throw
 class ToolPort {
  public:
   /// In      world  must outlive the port
-  ///         is_limited  true: the energy that the tool gives to the world is limited to the input of the hand
-  ///         (ToolPassivityController)
+  ///         is_limited  true: the tool gives no more energy to the world than the hand has supplied
+  ///                     (ToolPassivityController)
   ToolPort(physics::World& world, bool is_limited) : world_(world), is_limited_(is_limited) {}
 
   /// Activates a tool for a new user, so that it appears in the world.
@@ -38,12 +38,12 @@ class ToolPort {
   /// Removes the handle until the next set_handle(). Meanwhile nothing pulls the tool.
   void clear_handle() noexcept;
 
-  /// Reports the client's cumulative energies at the handle pose `X_WH`, `elapsed_s` after the previous report. The
-  /// energy credited to the hand is limited: along the path since the previous report, a hand cannot do more work than
-  /// the force limits of the coupling permit.
+  /// Reports the client's cumulative energies when the handle is at the pose `X_WH`, `elapsed_s` after the previous
+  /// report. The energy credited to the hand is limited to the largest work that the force limits of the coupling
+  /// permit along the path since the previous report.
   void report(const Pose& X_WH, double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
-  /// Call before a step. Sets a damping of the tool (the brake) that limits the energy of the pull to the energy from
-  /// the hand.
+  /// Sets a damping of the tool, the brake. It limits the energy with which the handle pulls the tool to the energy
+  /// that the hand has supplied. Call it before a step.
   TickFaults limit(double step_s) noexcept;
   /// Call after a step. Measures the work of the tool on the world in that step.
   void settle() noexcept;

@@ -14,9 +14,8 @@ inline wire::Role wire_role(UserRole role) noexcept {
   return role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
 }
 
-/// Converts a role in a message to a user's role.
-/// Converts the role of a message.
-/// Fails   returns nothing if `role` is not one that a user can request
+/// Converts the role in a message to a user's role.
+/// Fails   returns nothing if a user cannot request this role
 inline std::optional<UserRole> role_of(wire::Role role) noexcept {
   if (role == wire::ROLE_MANIPULATOR) return UserRole::kManipulator;
   if (role == wire::ROLE_OBSERVER) return UserRole::kObserver;

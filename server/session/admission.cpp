@@ -34,8 +34,8 @@ int rank_of(wire::Role role) {
 
 std::optional<Refusal> cut_to(const wire::TokenClaims& claims, wire::JoinRoom& join) {
   if (join.role() == wire::ROLE_UNSPECIFIED) join.set_role(claims.role());
-  // A source of signals has different rights, not lesser ones. Therefore its token admits to no other role, and no
-  // other token admits to its role.
+  // The role of a source of signals is no higher or lower rank than other roles. Its token permits only this role, and
+  // no other token permits it.
   const bool is_source = join.role() == wire::ROLE_SIGNAL;
   if (is_source != (claims.role() == wire::ROLE_SIGNAL)) {
     return Refusal{wire::ERROR_NOT_ALLOWED,
@@ -133,9 +133,10 @@ void Admission::poll(LocalTime now) {
   if (read_clock_ && now - *read_clock_ < kReadClockEvery) return;
   read_clock_ = now;
   const std::uint64_t now_ms = time_.update(settings_.unix_ms(), now);
-  // The first note is delayed, because the wall clock may be wrong for a moment after the machine has started.
+  // The first write of the time is delayed, because the wall clock may be wrong for a moment after the machine has
+  // started.
   if (!note_time_) note_time_ = now + kClockHold;
-  // While a step of the clock is pending, the note is postponed.
+  // The write is postponed while a step of the wall clock may still turn out to be an error (UnixTime::follows_in()).
   if (time_.follows_in(now)) note_time_ = now + kReadClockEvery;
   if (now < *note_time_) return;
   note_time_ = now + kNoteTimeEvery;
@@ -223,8 +224,8 @@ Admission::Credentials::iterator Admission::find_beside(const Id& first) {
   return std::ranges::find_if(credentials_, [&first](const auto& entry) { return entry.second.beside == first; });
 }
 
-/// Admits a user who resumes a session. An unknown credential and a wrong signature give the same answer, so an
-/// attacker cannot find out which credentials exist.
+/// Admits a user who resumes a session. The refusal is the same for an unknown credential and for a wrong signature. An
+/// attacker can therefore not find out which credentials exist.
 std::optional<Refusal> Admission::admit_again(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                               Ticket& ticket) {
   const auto found = find_signed(join.resume(), exported);

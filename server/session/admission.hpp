@@ -7,10 +7,11 @@
 //   JoinRoom.beside ─▶ the same checks, for the second device of a connected user ──▶ rights of the token, in the room
 //                      of the first device
 //
-// A user gets a seat only after the use of the token is on disk (invitation_ledger.hpp). A token whose user got no seat
-// remains valid. The list of used tokens survives every restart. Credentials survive only a restart with --resume
-// (state(), AdmissionSettings::resumed). Times follow unix_time.hpp, so a wall clock that is wrong for less than 10 s
-// has no effect.
+// * A user gets a seat only after the use of the token is on disk (invitation_ledger.hpp).
+// * A token whose user got no seat remains valid.
+// * The list of used tokens survives every restart. Credentials survive only a restart with --resume (state(),
+//   AdmissionSettings::resumed).
+// * Times follow unix_time.hpp, so an error of the wall clock of less than 10 s duration has no effect.
 #pragma once
 
 #include <array>
@@ -103,7 +104,8 @@ class Admission {
   void poll(LocalTime now);
   /// Returns the state to save for the next start.
   wire::AdmissionState state(LocalTime now) const;
-  /// Returns the number of changes of state() so far. A caller compares it with an earlier value.
+  /// Returns the number of changes of state() so far. A caller saves the state again when this number differs from the
+  /// number at the last save.
   std::uint64_t changes() const { return changes_; }
 
  private:
@@ -124,8 +126,8 @@ class Admission {
                                      Ticket& ticket);
   std::optional<Refusal> admit_beside(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                       Ticket& ticket);
-  /// Finds the credential that `by` names. Returns end() if there is none, or if the signature was not made with its
-  /// key.
+  /// Finds the credential to which `by` refers. Returns end() if it does not exist, or if the signature in `by` does
+  /// not match the public key of the credential.
   Credentials::iterator find_signed(const wire::Resume& by, const std::optional<secure::Exported>& exported);
   Credentials::iterator find_beside(const Id& first);
   std::optional<Refusal> check_times(const wire::TokenClaims& claims, LocalTime now) const;
@@ -135,7 +137,8 @@ class Admission {
   std::unique_ptr<InvitationLedger> own_ledger_;
   InvitationLedger* ledger_;
   UnixTime time_;
-  std::optional<LocalTime> read_clock_{}, note_time_{};  ///< last reading of the wall clock; time of the next note
+  std::optional<LocalTime> read_clock_{},
+      note_time_{};  ///< time of the last reading of the wall clock; time at which the ledger is to note the time next
   Credentials credentials_;
   std::uint64_t changes_ = 1;
 };

@@ -23,7 +23,7 @@ namespace tandem::server {
 namespace {
 
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
-/// Time for which finish() lets a running program go on.
+/// Time that finish() grants a running program to end.
 constexpr Duration kFinishWithin = std::chrono::seconds(1);
 
 struct Call {
@@ -31,8 +31,8 @@ struct Call {
   std::string reason;
 };
 
-/// Starts the program in a process group of its own, with the default signal handling and without the server's files and
-/// sockets. Returns 0 and the error number if that fails.
+/// Starts the program in a process group of its own, with default signal handling. The program does not inherit the
+/// server's files and sockets. Returns its process id and 0; after a failure, 0 and the error number.
 std::pair<pid_t, int> started(const std::string& program, const Call& call) {
   std::array<std::string, 3> texts{program, call.room, call.reason};
   std::array<char*, 4> arguments{texts[0].data(), texts[1].data(), texts[2].data(), nullptr};
@@ -79,7 +79,7 @@ struct CallProgram::Impl {
     }
     report_waiting();
   }
-  /// Reports the calls that wait when the server stops.
+  /// Reports the calls that are still queued when the server stops, because they are never executed.
   void report_waiting() {
     std::deque<Call> calls;
     {
@@ -91,7 +91,8 @@ struct CallProgram::Impl {
   std::string described(const Call& call) const {
     return program + " for room " + call.room + " (" + call.reason + ")";
   }
-  /// Waits for the end of a process, or kills its group when its time is over. Returns the result as text.
+  /// Waits until the process ends. Kills its process group when the time limit is exceeded, or when the server stops
+  /// and the grace period is over. Returns the result as text.
   std::string wait_for(pid_t process) {
     const SteadyClock clock;
     const LocalTime start = clock.now();

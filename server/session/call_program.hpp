@@ -11,8 +11,10 @@
 
 namespace tandem::server {
 
-/// Runs the program once for each call, without a shell, one after the other. Its arguments are the name of the room and
-/// the reason. It is killed when it takes longer than the limit. Its input is empty, and its output goes to stderr.
+/// Runs a program once for each call. Calls are executed one after the other.
+/// * Arguments: the name of the room and the reason of the call. No shell is used.
+/// * Limit: a run that takes longer is killed.
+/// * Input and output: stdin is empty, and stdout goes to the server's stderr.
 ///
 /// Thread  call(): io, which waits for nothing but a lock; a thread of its own waits for the program
 class CallProgram final : public RoomService {
@@ -27,9 +29,9 @@ class CallProgram final : public RoomService {
               Duration limit = kLimit);
   ~CallProgram() override;
 
-  /// Queues a run. Beyond kMaxWaiting, it is reported as failed.
+  /// Queues a run of the program. If kMaxWaiting runs are queued already, the call is reported as failed.
   void call(const std::string& room, const std::string& reason);
-  /// Lets a running program go on for at most a second. Waiting calls are not begun, and are reported.
+  /// Grants a running program at most one more second. Queued runs are not started, and are reported to the operator.
   void finish() override;
 
  private:

@@ -121,7 +121,8 @@ int InvitationFile::write(std::span<const InvitationChange> changes, LocalTime n
   const std::error_code error = replace();
   const bool was_failing = std::exchange(is_failing_, static_cast<bool>(error));
   if (error) {
-    // The joins with these tokens are refused, so the tokens count as unused again.
+    // The joins that use these tokens are refused, because the write has failed. Their tokens are therefore marked as
+    // unused again.
     for (const InvitationChange& change : changes) {
       if (change.kind == InvitationChange::Kind::kUse)
         apply({.kind = InvitationChange::Kind::kRelease, .id = change.id});

@@ -17,8 +17,8 @@
 
 namespace tandem::server {
 
-/// Maximum number of revoked credentials in the list; beyond it the oldest is deleted. A checkpoint contains at most
-/// 1024 credentials, so a deleted credential cannot be in it any more.
+/// Maximum number of revoked credentials in the list. At the limit, the oldest is deleted. This is safe, because a
+/// checkpoint has at most 1024 credentials and therefore none as old as a deleted one.
 inline constexpr int kMaxRevoked = 4096;
 
 /// Id of an invitation or of a credential.
@@ -38,7 +38,8 @@ struct InvitationChange {
   std::uint64_t number = 0;
 };
 
-/// The list of used invitations in the state on disk, or in the state after the next write.
+/// The list of used invitations. At first it equals the file. While a write has failed, it also contains the changes
+/// that are not on disk yet.
 ///
 /// Thread  the writer thread while it runs; before and after that the io thread
 class InvitationFile {
@@ -60,11 +61,11 @@ class InvitationFile {
   static void make(const std::filesystem::path& file);
 
   const wire::InvitationLedger& list() const { return list_; }
-  /// Writes the list once, so that a write error is found at the start of the server. For a new file, tokens issued
-  /// before `now_ms` are refused from now on.
+  /// Writes the list once, so that a write error is found at the start of the server. If the file is new, the list also
+  /// records `now_ms`, and tokens issued before that time are refused.
   ///
-  /// In      keeps_credentials  if false, a new generation makes all earlier credentials invalid, and the list of
-  ///         revoked credentials is cleared
+  /// In      keeps_credentials  true: credentials of earlier runs remain valid. false: a new generation makes them
+  ///                            invalid, and the list of revoked credentials is cleared
   /// Fails   std::invalid_argument if the file cannot be written
   void begin(bool keeps_credentials, std::uint64_t now_ms);
   /// Applies the changes and writes the file. If the write fails, the kUse changes are reverted. Without changes, the

@@ -66,8 +66,8 @@ InvitationLedger::Use InvitationLedger::use_of(const Id& token) const {
   return found->second.number > settled_ ? Use::kBeingWritten : Use::kWritten;
 }
 
-/// Returns whether a use can be added. Deletes expired entries of a full list, but searches it only if one may have
-/// expired.
+/// Returns whether another use can be added. If the list is full, deletes expired entries first. The search for them is
+/// skipped until the earliest expiry time of an entry.
 bool InvitationLedger::has_room(std::uint64_t now_ms) {
   if (used_.size() < max_used_) return true;
   if (now_ms < none_expires_before_ms_) return false;
@@ -116,7 +116,7 @@ void InvitationLedger::post(Change change) {
 void InvitationLedger::poll() {
   Outcome outcome;
   while (outcomes_.pop(outcome)) settle(outcome);
-  // At most as many changes are in flight as `outcomes_` can store, so that a result always fits into it.
+  // The number of changes in flight is limited to the capacity of `outcomes_`, so that each result fits into it.
   while (!waiting_.empty() && sent_ - settled_ < kInFlight && changes_.push(waiting_.front())) {
     const Change& change = waiting_.front();
     sent_ = change.number;

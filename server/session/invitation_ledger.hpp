@@ -1,5 +1,5 @@
-// List of used invitations, stored in a file beside the keys and read at every start, with and without --resume. Ids
-// are kept regardless of the clock, so a used invitation never admits a second user.
+// List of used invitations, so that an invitation never admits a second user. It is stored in a file beside the keys,
+// and is read at every start, with and without --resume. No clock error can remove an id from the list.
 //
 //   io thread   use(), release(), revoke() ──ring──▶ writer thread: changes the list, replaces and flushes the file
 //               poll()                     ◀──ring── number of the last change that is on disk, or the error
@@ -12,8 +12,9 @@
 // If the server is killed before step 2 is complete, the invitation remains unused. If it is killed between steps 2
 // and 3, the invitation is used although no user was admitted. While the file cannot be written, no user is admitted.
 //
-// Ids are deleted only from a full list, and only after their tokens have expired. From then on, every token is refused
-// that expires no later than a deleted one. A clock that is set back therefore makes no deleted token valid again.
+// Ids are deleted only from a full list, and only after their tokens have expired. The latest expiry time of a deleted
+// id is stored. Tokens that expire at that time or earlier are refused from then on. A clock that is set back therefore
+// makes no deleted token valid again.
 #pragma once
 
 #include <cstddef>
@@ -32,8 +33,9 @@
 
 namespace tandem::server {
 
-/// Maximum number of used tokens in the list. 64 users who each use a new invitation every hour use 46,080 tokens in 30
-/// days, the longest validity. A full list takes 7 MB of memory, in two copies, and 2 MB on disk.
+/// Maximum number of used tokens in the list. A full list takes 7 MB of memory, in two copies, and 2 MB on disk. The
+/// largest expected number is 46,080: 64 users who each use a new invitation every hour for 30 days, the longest
+/// validity.
 inline constexpr std::size_t kMaxUsedTokens = 65'536;
 /// The list of used invitations, in memory and in its file.
 ///
@@ -87,7 +89,8 @@ class InvitationLedger {
   void release(const Id& token);
   /// Revokes a credential, which a checkpoint may still contain.
   void revoke(const Id& credential);
-  /// Writes the time to the file. If the clock shows an earlier time at the next start, it was set back.
+  /// Writes the current time to the file. If the clock shows an earlier time than that at the next start, the clock was
+  /// set back.
   void note_time(std::uint64_t now_ms);
   /// Collects the results of the writer thread, and passes changes to the writer. Never blocks.
   void poll();
@@ -107,7 +110,8 @@ class InvitationLedger {
   };
   struct UsedToken {
     std::uint64_t expires_ms = 0;
-    std::uint64_t number = 0;  ///< number of the kUse change; 0 if nothing must be written (from a previous run)
+    /// Number of the kUse change; 0 if the use was read from the file or is kept in memory only.
+    std::uint64_t number = 0;
   };
 
   void post(Change change);

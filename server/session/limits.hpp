@@ -11,8 +11,8 @@
 namespace tandem::server {
 
 // Limits of one connection, which is closed when it exceeds one of them.
-/// Rate of control messages. A message costs 1 token of the bucket. State datagrams and requests for assets cost
-/// kOwnPace, because the client program sends many of them without the user's action.
+/// Rate of control messages. A message usually costs 1 token of the bucket. State datagrams over TCP and requests for
+/// assets cost only kOwnPace tokens, because the client program sends many of them automatically.
 inline constexpr net::Rate kControlRate{100, 200};
 inline constexpr double kOwnPace = 0.05;
 /// Rate of accepted client updates. A client sends 1000 per second.
@@ -20,8 +20,8 @@ inline constexpr net::Rate kUpdateRate{4000, 4000};
 /// Maximum number of queued control bytes that the client has not read. Beyond it, the connection is closed
 /// (DISCONNECT_SLOW).
 inline constexpr std::size_t kMaxQueuedControlBytes = 1024 * 1024;
-/// Number of queued control bytes above which notifications are held back. Above it, only the newest value of each
-/// parameter is stored, and a user who joins and leaves again is not reported.
+/// Number of queued control bytes above which notifications are held back. While they are held back, a newer value of a
+/// parameter replaces the older one, and a user who joins and leaves again is not reported.
 inline constexpr std::size_t kMaxQueuedBeforeNews = 16 * 1024;
 
 // Limits on the requests of one user, and of all users of a room together. Requests beyond them are refused.
@@ -32,17 +32,17 @@ inline constexpr net::Rate kSourceSignalRate{50, 100}, kSignalRate{200, 400};
 /// Rate of requests for saved poses of molecules.
 inline constexpr net::Rate kUserPoseRate{4, 8}, kPoseRate{16, 32};
 
-// Limits of one address, shared by all connections from it. At the rate limit, its connections that have not joined are
-// delayed.
+// Limits of one address, shared by all connections from it. At the limit of the rate, those connections are delayed
+//        that have not joined.
 /// Rate of the control messages of all connections of an address. State datagrams and requests for assets of joined
 /// users are not counted.
 inline constexpr net::Rate kAddressControlRate{1000, 2000};
-/// Cost of a join in kAddressControlRate. It is high, because a join causes the most work for other users.
+/// Cost of a join in kAddressControlRate, in tokens. It is high, because a join causes more work than other messages.
 inline constexpr double kJoinPrice = 10;
 /// Maximum number of connections of an address that have not joined. Beyond it, the oldest of them is closed.
 inline constexpr std::size_t kMaxHalfOpen = 16;
-/// A stay in a room that is shorter than this is logged as a separate kind of event. The log limits the lines of each
-/// kind, so many short stays do not suppress the lines of other users.
+/// Stays in a room that are shorter than this are logged as a separate kind of event. The log limits the number of
+/// lines of each kind, so many short stays do not suppress the lines about longer stays.
 inline constexpr Duration kShortStay{std::chrono::seconds(5)};
 
 // Budgets of one cycle of the io thread (about a millisecond) for control messages, new connections and reads. They

@@ -114,8 +114,8 @@ wire::ServerControl joined_source_answer(std::uint32_t request, const LoadedScen
 }
 
 std::size_t joined_answer_bound(const LoadedScene& scene) {
-  // Allowance for the fields that depend on the user, and for coefficients that the description omits [bytes], rounded
-  // up.
+  // Allowance, rounded up, for the fields that depend on the user and for coefficients that the scene description omits
+  // [bytes].
   constexpr std::size_t kBesides = 256;
   wire::Joined joined;
   fill(scene, joined);

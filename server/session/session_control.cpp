@@ -57,15 +57,16 @@ void SessionHub::Impl::serve_waiting() {
   serve_range(connections.begin(), next);
 }
 
-/// Returns whether the budgets allow another message of the connection. The budget of the address applies only until
-/// the user has joined, so that other connections from the same address do not delay a joined user.
+/// Returns whether the budgets of the io thread's cycle, of the connection and of its address permit another message.
+/// The budget of the address applies only before the user has joined. Other connections from the same address thus
+/// cannot delay a joined user.
 bool SessionHub::Impl::has_turn(const Connection& connection) const {
   if (!turn.has_some(called_at) || !connection.turn.has_some(called_at)) return false;
   return !connection.is_half_open() || connection.address->control.has_some(called_at);
 }
 
-/// Consumes tokens for a message. Returns false if the connection exceeds its rate. In this case the caller must close
-/// the connection, because its load would delay the states of all users.
+/// Consumes the tokens for a message. Returns false if the connection exceeds its rate. The caller must then close the
+/// connection, because its messages would delay the states of all users.
 bool SessionHub::Impl::can_afford(Connection& connection, const wire::ClientControl& message) {
   const bool has_own_pace = message.has_state_datagram() || message.has_get_asset();
   const double price = has_own_pace ? kOwnPace : 1.0;

@@ -27,8 +27,8 @@ Connection* oldest_half_open(const AddressUse& address, const Connection& newcom
   return nullptr;
 }
 
-/// Returns the address with the most connections that have not joined, without counting the newcomer. Among equals,
-/// returns the address with the oldest of these connections.
+/// Returns the address with the most connections that have not joined; `newcomer` is not counted. If several addresses
+/// have equally many, returns the one that has the oldest of these connections.
 AddressUse& most_half_open(const Connection& newcomer, const Connections& connections) {
   AddressUse* most = newcomer.address;
   std::size_t count = 0;
@@ -85,8 +85,9 @@ SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vec
   }
 }
 
-/// Makes room for a new connection at the limit of connections: closes the oldest connection that has not joined, from
-/// the address with the most such connections. If all other connections have joined, the newcomer is refused instead.
+/// Enforces the limits of connections, in total and per address, after `newcomer` has connected. At a limit, closes the
+/// oldest connection that has not joined. At the total limit, this connection belongs to the address with the most such
+/// connections. If there is none, the newcomer is refused.
 void SessionHub::Impl::make_room(Connection& newcomer) {
   const bool is_full = connections.size() > settings.max_connections;
   if (!is_full && half_open_of(*newcomer.address, connections) <= kMaxHalfOpen) return;
@@ -246,8 +247,8 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
   if (connection.credential && (reason == wire::DISCONNECT_LEFT || reason == wire::DISCONNECT_KICKED)) {
     end_other_device(*connection.credential, reason);
   } else if (connection.credential) {
-    // The connection may be the old connection of a user who resumes. The new connection may still be refused, so the
-    // loss is noted.
+    // A user who resumes on a new connection ends the old one here. The new connection may still be refused, so the
+    // loss of the old one is recorded, and the user can try again.
     admission->note_lost(*connection.credential, called_at);
   }
   connection.seats->leave(connection.seat);
@@ -263,7 +264,8 @@ void SessionHub::Impl::sweep() {
     if (is_closed) --entry.second->address->connections;
     return is_closed;
   });
-  // An address is stored until its token bucket is full again, so that reconnecting does not refill the bucket.
+  // The entry of an address is kept until its token bucket is full again. Otherwise a client could refill the bucket by
+  // reconnecting.
   if (erased == 0 && addresses.size() <= connections.size()) return;
   std::erase_if(addresses, [this](auto& entry) {
     return entry.second.connections == 0 && entry.second.control.is_full(called_at);

@@ -35,12 +35,13 @@ class ServerTransport {
   virtual ~ServerTransport() = default;
   /// Queues control bytes. All of them are sent, in order.
   virtual void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) = 0;
-  /// Sends one state datagram to the source address of the connection's last accepted datagram. If it cannot be sent
-  /// now, it is discarded, because a newer state follows, and false is returned. The caller counts the loss.
-  /// Thread  io; while the io thread sends updates, also the thread in SessionHub::help(), for another connection
+  /// Sends one state datagram to the source address of the connection's last accepted datagram. Returns false if the
+  /// datagram cannot be sent now. It is then discarded, because a newer state follows, and the caller counts the loss.
+  /// Thread  io. While the io thread sends updates, the thread in SessionHub::help() calls the function, too, but for a
+  ///         different connection
   virtual bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) = 0;
-  /// Returns the number of queued control bytes that the connection has not accepted yet. The hub sends state over TCP
-  /// only if it is 0, so that no outdated state is queued. It closes a connection with more than
+  /// Returns the number of queued control bytes that the kernel has not accepted yet. The hub sends a state over TCP
+  /// only if this number is 0, so that no outdated state is queued. It closes a connection with more than
   /// kMaxQueuedControlBytes.
   virtual std::size_t queued_control_bytes(ConnectionHandle connection) const = 0;
   /// Keying material exported from the TLS connection (RFC 8446 §7.5); none if the connection is not encrypted.
@@ -48,8 +49,8 @@ class ServerTransport {
                                                    std::span<const std::byte> /*context*/) {
     return std::nullopt;
   }
-  /// Closes the connection after the queued bytes have been sent. The hub has removed the connection already, and
-  /// ignores later calls with this handle.
+  /// Closes the connection after the queued bytes have been sent. The hub has already removed the connection. It
+  /// ignores events of this handle that the transport still reports.
   virtual void close(ConnectionHandle connection) = 0;
 };
 
@@ -87,8 +88,8 @@ struct HubCounters : proto::ChannelCounters {
   /// Refused connections and joins, by wire::ErrorCode.
   std::array<std::uint64_t, wire::ErrorCode_ARRAYSIZE> refusals{};
   std::array<std::uint64_t, wire::DisconnectReason_ARRAYSIZE> ends{};  ///< ended connections, by wire::DisconnectReason
-  /// Round-trip times by the server's clock, one for each accepted input. A client can falsify them, because the
-  /// reported time for which it held the state is subtracted.
+  /// Round-trip times by the server's clock, one for each acknowledged state. A client can falsify them: the server
+  /// subtracts the time for which the client claims to have held the state.
   Histogram round_trip;
 };
 
@@ -99,16 +100,16 @@ class SessionHub {
   SessionHub(HubSettings settings, const std::vector<Room*>& rooms, ServerTransport& transport);
   ~SessionHub();
 
-  /// Adds a new TCP connection.
   /// Adds a connection that the transport has accepted.
-  /// In      address  peer address without the port; connections from one address share limits (limits.hpp)
+  /// In      address  address of the peer without the port; connections from the same address share limits (limits.hpp)
   void on_connected(ConnectionHandle connection, LocalTime now, const std::string& address = "");
   void on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now);
   /// Ends a lost TCP connection. Its user leaves the room, and the user's tool releases the held body.
   void on_disconnected(ConnectionHandle connection, LocalTime now, const std::string& why = "the connection was lost");
-  /// Handles a datagram from any source. A dropped datagram is counted but not answered. If it is accepted, the
-  /// transport may store its source address.
-  /// In      may_belong_to  returns false if the datagram cannot come from a connection (wrong peer address)
+  /// Handles a datagram from any source. A dropped datagram is counted but not answered. If the datagram is accepted,
+  /// the transport may use its source address as the address of the user.
+  /// In      may_belong_to  returns false for a connection from which the datagram cannot come, because the address of
+  ///                        the peer differs
   AcceptedDatagram on_datagram(std::span<const std::byte> datagram, LocalTime now,
                                const std::function<bool(ConnectionHandle)>& may_belong_to);
   /// Returns a path challenge, a datagram whose receiver must return `number`. It is empty if the user has not joined
@@ -117,11 +118,10 @@ class SessionHub {
 
   /// Sends all updates that rooms have published since the last call. Then delivers the events of rooms, ends silent
   /// connections, and handles waiting control messages of the connections in turn (limits.hpp).
-  /// In      clock  read before each update is sent, for its time stamp, because sending the preceding updates takes
-  ///         time
+  /// In      clock  read again for the time stamp of each update, because sending the updates before it takes time
   void poll(const Clock& clock);
-  /// Sends some of the updates of a room that has just published, in parallel with poll() on the io thread. poll()
-  /// waits for sends begun here, so the calling thread must not block.
+  /// Sends some of the updates of a room that has just published, in parallel with poll() on the io thread. The calling
+  /// thread must not block, because poll() waits for the sends that it has begun.
   /// Thread  room
   void help(const Room& room);
   /// Refuses all requests that services have not begun, and all later ones. poll() sends the answers.
@@ -131,8 +131,8 @@ class SessionHub {
   /// Refuses the unanswered requests, then ends all connections (DISCONNECT_SERVER_STOPPING).
   void stop(LocalTime now);
 
-  /// Returns whether received messages of the connection wait for a later poll(). If so, the transport must not read
-  /// from it.
+  /// Returns whether received messages of the connection wait in the hub for a later poll(). The transport must then
+  /// not read from the connection.
   bool is_behind(ConnectionHandle connection) const;
   ConnectionState state_of(ConnectionHandle connection) const;
   std::size_t connection_count() const;

@@ -65,8 +65,8 @@ struct Connection final : SessionUser {
   bool is_in(const Room& of) const { return state == ConnectionState::kActive && !is_source() && &room() == &of; }
 };
 
-// A connection that ends is only marked kClosed. sweep() erases it at the end of the outermost call of the hub.
-// Therefore a loop over the connections may end any of them.
+// Ending a connection only marks it as kClosed. sweep() erases it at the end of the outermost call of the hub. A loop
+// over the connections may therefore end any connection.
 struct SessionHub::Impl final : ServiceHost {
   Impl(SessionHub& owner, HubSettings hub_settings, const std::vector<Room*>& hub_rooms,
        ServerTransport& hub_transport);
@@ -138,7 +138,7 @@ struct SessionHub::Impl final : ServiceHost {
   std::vector<std::unique_ptr<SessionService>> services;  ///< services, in the order in which they notify users
   std::map<SessionService::Case, SessionService*> handlers;
   std::deque<SharedTurns> updates;     ///< parallel loops that send updates to UDP users; one for each room
-  std::vector<Connection*> updated{};  ///< UDP users of the room whose update is being sent
+  std::vector<Connection*> updated{};  ///< users of one room who receive datagrams; used only while send_updates() runs
   std::map<ConnectionHandle, std::unique_ptr<Connection>> connections;
   std::unordered_map<ConnectionId, Connection*> active;
   HubCounters counters;

@@ -39,7 +39,8 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
   if (admit_user(connection, message.request(), *granted.mutable_join())) join_as_granted(connection, granted);
 }
 
-/// Checks a join with Admission. Limits `wanted` to the granted rights, or refuses the connection and returns false.
+/// Checks a join by Admission. If it is admitted, limits `wanted` to the granted rights and returns true. Otherwise
+/// refuses the connection and returns false.
 bool SessionHub::Impl::admit_user(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted) {
   if (!admission) return true;
   const auto exported =
@@ -49,7 +50,7 @@ bool SessionHub::Impl::admit_user(Connection& connection, std::uint32_t request,
     return false;
   }
   if (!connection.ticket.is_resumed) return true;
-  // The loss of the user's old connection may not have been detected yet. The old connection is then ended here.
+  // The server may not have noticed the loss of the user's old connection yet, so the old connection is ended here.
   for (const auto& [handle, other] : connections) {
     if (other->credential != connection.ticket.id || other->state != ConnectionState::kActive) continue;
     end(*other, wire::DISCONNECT_RESUMED, "the user rejoined on another connection");
@@ -118,7 +119,7 @@ void SessionHub::Impl::admit_source(Connection& connection, const wire::ClientCo
 }
 
 /// Holds a join until the use of its token is on disk, without blocking the io thread. If the user got the seat before
-/// the write, a kill of the server in between would leave the token valid for a second user.
+/// the write, and the server were killed between the two, a second user could use the token.
 void SessionHub::Impl::hold(Connection& connection, const wire::ClientControl& message) {
   connection.held_join = message;
   admission->use(connection.ticket);
@@ -198,8 +199,8 @@ void SessionHub::Impl::introduce(Connection& newcomer, const wire::JoinRoom& gra
   announce_presence(newcomer, user_joined(newcomer.seat, newcomer.name));
 }
 
-/// Notifies the other users of a join or a leave. If a user leaves before the join was sent to another user, both
-/// notifications for that user are dropped.
+/// Notifies the other users that `requester` has joined or left. If the join has not been sent to another user by the
+/// time of the leave, that user gets neither of the two notifications.
 void SessionHub::Impl::announce_presence(const Connection& requester, const wire::ServerControl& message) {
   const auto is_join = [&requester](const wire::ServerControl& unsent) {
     return unsent.has_user_joined() && unsent.user_joined().user() == requester.seat.user.value;
@@ -211,7 +212,8 @@ void SessionHub::Impl::announce_presence(const Connection& requester, const wire
   }
 }
 
-/// Ends the user's other device if the user has left with the first device, or was kicked with either device.
+/// Revokes the user's credential and ends the user's other device. This happens when the user has left with the first
+/// device, or was kicked with either device.
 void SessionHub::Impl::end_other_device(const Admission::Id& credential, wire::DisconnectReason reason) {
   const Admission::Id first = reason == wire::DISCONNECT_KICKED ? admission->first_of(credential) : credential;
   const std::optional<Admission::Id> second = admission->revoke(first);

@@ -10,8 +10,8 @@ namespace {
 
 /// Minimum number of users for which the room thread helps to send. For fewer users, the io thread alone is faster.
 constexpr std::size_t kWorthHelping = 4;
-/// Maximum time for which the room thread spins until the io thread begins to send. If the io thread is awake, it
-/// begins within this time.
+/// Maximum time for which the room thread waits (by spinning) until the io thread begins to send. An io thread that is
+/// awake begins within this time.
 constexpr Duration kHelpBeginsWithin = std::chrono::microseconds(20);
 
 void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) {
@@ -28,8 +28,8 @@ void add_counts(const proto::ChannelCounters& more, proto::ChannelCounters& to) 
 
 }  // namespace
 
-/// Sends the newest update of a room to its users. The io thread and a helping room thread send to UDP users. Only the
-/// io thread writes to TCP connections.
+/// Sends the newest update of a room to its users. Datagrams are sent by the io thread and a helping room thread, in
+/// parallel. Only the io thread writes to TCP connections.
 void SessionHub::Impl::send_updates(std::size_t room, const Clock& clock) {
   Room& count = room_seats[room]->room();
   if (!count.output().poll()) return;

@@ -4,7 +4,8 @@
 //   help():       finds the loop open ── executes turns
 //
 // A thread takes a turn by incrementing a shared counter, so each turn is executed once. A helper first registers
-// itself and then checks again that the loop is open. Therefore run() cannot return while a helper executes a turn.
+// itself, and only then checks that the loop is open. Therefore run() sees every helper that executes a turn, and does
+// not return before it.
 #pragma once
 
 #include <atomic>

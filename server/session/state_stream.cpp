@@ -31,8 +31,8 @@ proto::DropReason StateStream::receive(const proto::DatagramHeader& header, std:
       input.acknowledged_sent != ServerTime{}) {
     round_trip_ = server_time_of_own_clock(now) - input.acknowledged_sent - input.acknowledged_held;
   }
-  // Client updates of an observer only keep the connection alive and reveal its address. The room does not receive
-  // them.
+  // The updates of an observer's client only keep the connection alive and show the client's address to the server.
+  // They are not passed to the room.
   if (has_tool(seat_.role) && seats_.room().input(seat_.index).publish(input)) {
     counters_.received_drops.add(proto::DropReason::kOverwritten);
   }
@@ -63,9 +63,10 @@ std::size_t StateStream::send(const RoomUpdate& published, bool is_blocked, Loca
   return thinned;
 }
 
-// Returns whether the update differs from the last sent one by more than the deadband. A client without a local model
-// couples its hand to the last received tool pose. A client with a local model compares the received pose with its own
-// prediction; for that client the last sent pose is extrapolated here.
+// Returns whether the update differs by more than the deadband from the state that the client assumes without it.
+// * A client without a local model couples its hand to the last received tool pose.
+// * A client with a local model predicts the tool's motion, so its assumed pose is the last sent pose, extrapolated at
+//   the sent velocity.
 bool StateStream::has_changed(const net::Deadband& deadband, Duration since, const proto::OwnUpdate& own,
                               std::size_t users) const {
   if (mode_ == proto::ClientMode::kWave || own.held_body != sent_.held_body) return true;

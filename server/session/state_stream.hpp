@@ -32,7 +32,8 @@ class StateStream {
   /// Passes the client update in the datagram to the room, or returns the reason for dropping it.
   proto::DropReason receive(const proto::DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now);
   /// Returns a round-trip time: from sending a state to receiving the input that acknowledges it, minus the time for
-  /// which the client held the state. Each acknowledged state gives one measurement, which is returned once.
+  /// which the client held the state. Returns none if no state has been acknowledged for the first time since the last
+  /// call.
   std::optional<Duration> pop_round_trip() { return std::exchange(round_trip_, std::nullopt); }
   /// Reads the number in the answer to a path challenge, or returns the reason for dropping the datagram.
   proto::DropReason receive_path(const proto::DatagramHeader& header, std::span<const std::byte> datagram,

@@ -13,7 +13,7 @@
 
 namespace tandem::server {
 
-/// Time for which a step of the wall clock must persist before it is followed.
+/// A step of the wall clock that persists for this time is accepted as correct.
 inline constexpr Duration kClockHold = std::chrono::seconds(10);
 
 /// Filtered Unix time in milliseconds since 1970, UTC.
@@ -21,16 +21,17 @@ inline constexpr Duration kClockHold = std::chrono::seconds(10);
 /// Thread  any, one at a time
 class UnixTime {
  public:
-  /// In      last_ms  last time noted in the previous run; an earlier first reading counts as a backward step
+  /// In      last_ms  last time noted in the previous run [ms since 1970]. If the first reading of the wall clock is
+  ///                  earlier, the clock counts as set back
   explicit UnixTime(std::uint64_t last_ms = 0) : last_ms_(last_ms) {}
 
-  /// Updates the offset from the wall clock. Call it at least once per second, so that a short step of the clock does
-  /// not look persistent.
+  /// Updates the offset from the wall clock. Call it at least once per second. With rarer calls, a short step of the
+  /// clock could look persistent.
   /// Out     current time
   std::uint64_t update(std::uint64_t wall_ms, LocalTime now);
   /// Current time; requires an earlier update().
   std::uint64_t at(LocalTime now) const;
-  /// Returns the time after which a pending step of the wall clock is followed; none if no step is pending.
+  /// Returns the remaining time until a pending step of the wall clock is accepted; none if no step is pending.
   std::optional<Duration> follows_in(LocalTime now) const;
 
  private:

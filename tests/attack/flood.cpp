@@ -1,4 +1,5 @@
-// Sends one datagram repeatedly to a local port, in batches by sendmmsg. Its rate is higher than that of a script.
+// Sends copies of one datagram to a local port, in batches by sendmmsg(), because a script cannot reach the required
+// rate.
 //
 //   attack-flood PORT SECONDS RATE HEX [--count]
 //

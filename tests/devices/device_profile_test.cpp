@@ -120,8 +120,8 @@ TEST(ShippedProfiles, HaveAFitOverARangeOfMassesOrNone) {
   }
 }
 
-/// Returns the text of the entry in the README's device table: whether there is an adaptive coupling, and the stiffness
-/// cap of a device without a verified maximum.
+/// Returns the expected entry in the README's device table: "yes" or "no" for an adaptive coupling, and the cap of the
+/// stiffness for a device without a verified maximum.
 std::string calibrated_text(const DeviceProfile& profile) {
   const bool is_capped = !is_verified(profile.stiffness_maximum_n_per_m);
   const auto cap = std::to_string(std::lround(coupling_bounds(profile).stiffness_n_per_m));

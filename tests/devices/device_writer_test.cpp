@@ -14,7 +14,8 @@
 namespace tandem::devices {
 namespace {
 
-// Bound of the length after clamped_to_length(), which scales twice: two rounding errors may add up.
+// Largest relative excess of a vector's length over its limit after clamped_to_length(). The function scales the vector
+// twice, so two rounding errors may add up.
 constexpr double kOneClampRounding = 4 * std::numeric_limits<double>::epsilon();
 
 class RecordingDevice final : public Device {

@@ -1,7 +1,8 @@
 // Runs a program with an emulated USB device: fake_device falcon|spacemouse PROGRAM ARGUMENT...
 //
-// Needs umockdev-wrapper. Lines on stdin move the device and inject faults. The command `report_state` prints a line on
-// stderr, and `stop` sends SIGTERM to the program. fake_device ends with the program and returns its exit code.
+// The program must run under umockdev-wrapper. Lines on stdin are commands that move the device or inject faults. The
+// command `report_state` prints a line on stderr, and `stop` sends SIGTERM to the program. fake_device ends when the
+// program ends, and returns its exit code.
 #include <sched.h>
 #include <signal.h>
 #include <spawn.h>
@@ -93,8 +94,8 @@ struct FakeSpaceMouse {
             {"plug", [this](std::istream&) { node.plug_in(); }},
             {"tell", [this](std::istream&) { write_line("light " + std::to_string(node.light())); }}};
   }
-  /// Sets the report that the device sends repeatedly, as a SpaceMouse with a deflected cap does. The input contains
-  /// the bytes of the report in hexadecimal.
+  /// Sets the report that the device sends repeatedly. A SpaceMouse repeats its report in this way while the cap is
+  /// deflected. The input contains the bytes of the report in hexadecimal.
   void report(std::istream& in) {
     std::vector<std::uint8_t> bytes;
     for (unsigned byte = 0; in >> std::hex >> byte;) bytes.push_back(static_cast<std::uint8_t>(byte));
@@ -128,8 +129,8 @@ int run(const Commands& commands, char** program_and_arguments) {
 
 template <class Fake>
 int run_with(char** program_and_arguments) {
-  // Requests real-time priority, if permitted, so that responses are as fast as a kernel's. Threads that are started
-  // later inherit it.
+  // Requests real-time priority, if permitted, so that the emulated device responds as fast as a kernel. Threads that
+  // are started later inherit the priority.
   const sched_param priority{.sched_priority = 75};
   sched_setscheduler(0, SCHED_FIFO, &priority);
   Fake fake;

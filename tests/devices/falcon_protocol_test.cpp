@@ -202,7 +202,8 @@ TEST(FalconForce, KeepsItsDirectionAtAnyRequestAndNeverWraps) {
       ASSERT_EQ(sent->encoders, counts);
       const Vec3 shown = force_of(place, counts, 10000);
       EXPECT_LE(shown.norm(), newton + 0.005) << "a fraction of a count of each motor is cut off";
-      // Counts are rounded to integers. The relative error is larger for a weak force; the maximum count is 4095.
+      // The counts of the motors are integers of at most 4095. For a weak force, their rounding changes the direction
+      // more, so the limit of the cosine is lower.
       EXPECT_GT(shown.normalized().dot(direction), counts.cwiseAbs().maxCoeff() > 1000 ? 0.999 : 0.97)
           << place.transpose() << ", " << newton << " N";
     }

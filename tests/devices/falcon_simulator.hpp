@@ -5,8 +5,8 @@
 //   UPLOAD  baud rate 0x0015  echoes 41, then each byte of the firmware
 //   RUN     baud rate 0x0002  with firmware: sends one packet for each received packet; without: sends nothing
 //
-// The response times suit the host's protocol; they were not measured with hardware. The homing rule was not verified
-// either: the device is homed when the grip passes z = 0.08 m while homing is requested.
+// Two properties are not verified with hardware. The response times are chosen to suit the host's protocol. The device
+// counts as homed when the grip passes z = 0.08 m while homing is requested.
 #pragma once
 
 #include <cstdint>

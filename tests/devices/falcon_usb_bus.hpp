@@ -42,7 +42,8 @@ A: idProduct=cb48\n
 H: descriptors=1201100100000008030448CB0004010203010902200001010080FA0904000002FFFFFF000705810240000007050202400000
 )";
 
-/// The kernel's side of one USB device. It accepts URBs and returns them when they are complete.
+/// The kernel's side of one USB device. It accepts URBs (USB request blocks) from libusb and returns each of them when
+/// it is complete.
 class UsbBus {
  public:
   explicit UsbBus(FalconSimulator& falcon) : falcon_(falcon), testbed_(umockdev_testbed_new()) {
@@ -135,7 +136,7 @@ class UsbBus {
     waiting_.push_back({data, buffer});
     umockdev_ioctl_client_complete(client, 0, 0);
   }
-  /// A synchronous bulk transfer to the device, as sent by the watchdog. It completes at once.
+  /// Completes a synchronous bulk transfer at once. The watchdog uses such transfers; libusb uses URBs.
   void transfer(UMockdevIoctlClient* client) {
     UMockdevIoctlData* const data =
         umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, sizeof(usbdevfs_bulktransfer), nullptr);
@@ -161,8 +162,8 @@ class UsbBus {
   void reap(UMockdevIoctlClient* client) {
     const auto done = std::ranges::find_if(waiting_, [this](Urb& urb) { return finish(urb); });
     if (done == waiting_.end()) {
-      // The file that represents the device is always ready for poll(). Without this pause, libusb would poll in a busy
-      // loop.
+      // No URB is complete. In this emulation, poll() always reports the device's file as ready. Without a pause,
+      // libusb would call poll() in a busy loop.
       std::this_thread::sleep_for(std::chrono::microseconds(200));
       return umockdev_ioctl_client_complete(client, -1, EAGAIN);
     }

@@ -38,8 +38,8 @@ FalconSettings settings() {
   return result;
 }
 
-/// Runs ticks like the haptic loop until `is_over` returns true. Writes `force` while samples are valid. Returns false
-/// after a timeout of 60 s.
+/// Runs ticks like the haptic loop until `is_over` returns true. While samples are valid, writes `force`. Returns false
+/// if `is_over` has not become true after 60 s.
 template <class Over>
 bool tick_until(Device& device, const Vec3& force, Over is_over) {
   DeviceReader reader(device);
@@ -96,8 +96,8 @@ TEST_F(FalconUsb, LoadsHomesAndShowsAForceAndItsEndIsZero) {
     believed += sample.is_valid ? 1 : 0;
     return believed >= 300;
   }));
-  // Waits for a force at the motors. The force may be zero at first: the condition takes the lock of the bus between
-  // ticks, and a loop that blocks there for long counts as stalled.
+  // Waits for a force at the motors. The force may be zero at first. To look at the motors, the condition waits for the
+  // lock of the bus between ticks, and a long wait counts as a stall of the loop.
   EXPECT_TRUE(tick_until(*device, Vec3(0, 0, 2), [this](const DeviceSample&) {
     return bus.with_falcon([](FalconSimulator& f) { return !f.motors.isZero(); });
   }));

@@ -228,8 +228,8 @@ TEST(Multisine, IsNotThereBeforeAndAfter) {
     EXPECT_EQ(path.pose_at(time).p, alone.pose_at(time).p);
     EXPECT_EQ(path.twist_at(time).v, alone.twist_at(time).v);
   }
-  // The multisine must start and end without a jump. At 1 ns inside its interval, position and velocity equal those
-  // outside.
+  // At 1 ns after its start and before its end, the multisine must not yet change position or velocity, so that the
+  // path does not jump.
   for (const Duration time : {Duration(seconds(4)) + Duration(1), Duration(seconds(10)) - Duration(1)}) {
     EXPECT_LT((path.pose_at(time).p - alone.pose_at(time).p).norm(), 1e-15);
     EXPECT_LT((path.twist_at(time).v - alone.twist_at(time).v).norm(), 1e-12);
@@ -245,8 +245,8 @@ TEST(Multisine, IsReadFromAFileAndLengthensThePath) {
   EXPECT_EQ(path.length(), seconds(5));
   ASSERT_EQ(path.multisine().components.size(), 2U);
   EXPECT_EQ(path.multisine().components[1].axis, Vec3(Vec3::UnitX()));
-  // After 2 s the first component has made half a period and the second one six. The result is 0.02 sin(π + 1.5) along
-  // −z.
+  // At 2 s after the start, the second component (along x) has made six whole periods and is zero. The first component
+  // has made half a period from its phase 1.5, so it is 0.02 sin(π + 1.5) along −z.
   const Vec3 p = path.pose_at(seconds(3)).p;
   EXPECT_NEAR(p.z(), 0.02 * std::sin(1.5), 1e-15);
   EXPECT_NEAR(p.x(), 0, 1e-15);
@@ -303,7 +303,7 @@ TEST(NamedPaths, ShakeHasSinesFromHalfToFiveHertzOverTwoWholePeriods) {
   }
   EXPECT_EQ(lowest, 0.5);
   EXPECT_EQ(highest, 5);
-  // The button stays pressed during the multisine. The phase after its end is "hold".
+  // The user holds the button during the whole multisine. When the multisine ends, the path is in the phase "hold".
   for (Duration time = shaking.from; time <= shaking.to; time += milliseconds(10)) {
     EXPECT_EQ(path.buttons_at(time), 1U);
   }

@@ -28,8 +28,8 @@ Wrench force_x(double newtons) {
   return command;
 }
 
-// Frequency and decay rate of the position x. They are found from its zero crossings and peaks after a release at rest
-// from `start_m`.
+// Frequency and decay rate of a hand that is released at rest from `start_m` and oscillates. The frequency is found
+// from the zero crossings of the position x, the decay rate from its peaks.
 struct Ringing {
   double frequency_hz;
   double decay_per_s;
@@ -66,8 +66,8 @@ TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInTranslation) {
   const Ringing ringing = ringing_of(x, 1e-3);
   const double omega = std::sqrt(200 / 0.3);
   const double decay = 0.6 / (2 * 0.3);
-  // At the angular frequency ω, leapfrog integration with the sub-step h = 0.1 ms has a relative frequency error of
-  // (ωh)²/24. Together with the 1 ms grid on which peaks are found, the total error is below 1e-3.
+  // Tolerance of the frequency. At the angular frequency ω, leapfrog integration with the sub-step h = 0.1 ms has a
+  // relative error of (ωh)²/24. Peaks are found on a grid of 1 ms. Both errors together are below 1e-3.
   EXPECT_NEAR(ringing.frequency_hz, std::sqrt(omega * omega - decay * decay) / (2 * kPi), 1e-3 * omega / (2 * kPi));
   EXPECT_NEAR(ringing.decay_per_s, decay, 5e-3 * decay);
 }
@@ -96,8 +96,8 @@ TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInRotation) {
 }
 
 TEST(SimDevice, ComesToRestWithoutOscillationAtAnyDamping) {
-  // Mass m and damping B are the extremes that the command line allows. With the sub-step h, they give B h/m = 10 for
-  // translation and rotation.
+  // Mass m and damping B have the extreme values that the command line allows. With the sub-step h of the integration,
+  // B h/m is 10, where an explicit integrator would be unstable.
   HandParameters hand;
   hand.mass_kg = 0.01;
   hand.damping_n_s_per_m = 1000;
@@ -167,8 +167,8 @@ TEST(SimDevice, ARelaxedHandYieldsAndKeepsItsDamping) {
   for (LocalTime now{}; now <= LocalTime(milliseconds(100)); now += milliseconds(1)) device.read(now);
   LocalTime now(milliseconds(100));
   for (int i = 0; i < 1000; ++i) device.read(now += milliseconds(1));
-  // With a damper B alone, a force F gives the terminal velocity F/B, and a torque τ gives τ/B. They are reached after
-  // twenty and fifty time constants.
+  // Without a spring, a force F moves the hand at the terminal velocity F/B, with the damping B. A torque τ rotates it
+  // at τ/B. The test has waited for 20 and 50 time constants.
   EXPECT_NEAR(device.hand_twist().v.x(), 0.2 / 5.8, 1e-9);
   EXPECT_NEAR(device.hand_twist().w.z(), 0.001 / 0.02, 1e-9);
   const double before_m = device.hand_pose().p.x();
@@ -186,16 +186,17 @@ TEST(SimDevice, ItsMotionDoesNotDependOnTheReadPeriod) {
     for (LocalTime now{}; now <= LocalTime(seconds(2)); now += period) device.read(now);
     at_two_seconds.push_back(device.hand_pose().p);
   }
-  // Periods of 1 ms and 4 ms use the same sub-steps, so the results must be equal.
+  // The device divides its period into sub-steps. Periods of 1 ms and 4 ms give the same sub-steps, so the results must
+  // be equal.
   EXPECT_LT((at_two_seconds[2] - at_two_seconds[1]).norm(), 1e-12);
-  // A period of 0.25 ms has three sub-steps of 83 µs instead of 100 µs. The result of a first-order integrator differs
-  // by at most this difference of 16.7 µs times the largest velocity, 15/8 · 50 mm / 1.5 s.
+  // A period of 0.25 ms has three sub-steps of 83 µs instead of 100 µs. A first-order integrator changes the position
+  // by at most this difference, 16.7 µs, times the largest velocity, 15/8 · 50 mm / 1.5 s.
   EXPECT_LT((at_two_seconds[0] - at_two_seconds[1]).norm(), 16.7e-6 * 0.0625);
 }
 
 TEST(SimDevice, HoldsTheForceBetweenWrites) {
-  // From rest, without spring and damper, a constant force F on a mass m gives x = F t² / 2m. A first-order integrator
-  // with the sub-step h has a relative error of h/t, which is the tolerance.
+  // Expected position without spring and damper: x = F t² / 2m, for a constant force F on a mass m from rest. The
+  // tolerance is the relative error of a first-order integrator with the sub-step h, h/t.
   HandParameters hand;
   hand.stiffness_n_per_m = 0;
   hand.damping_n_s_per_m = 0;
@@ -216,9 +217,9 @@ TEST(SimDevice, FollowsItsPathWhenNothingPushes) {
     device.read(now);
     worst_m = std::max(worst_m, (device.hand_pose().p - device.path().pose_at(device.path_time()).p).norm());
   }
-  // The tracking error is the inertial force m·a divided by the stiffness K. On this path |a| ≤ 5.78·Δ/T² = 0.13 m/s²,
-  // with the displacement Δ and the duration T. The error is thus about 0.3·0.13/200 m, and with overshoot up to twice
-  // as large.
+  // The hand lags behind the path by about m·a/K, with its mass m = 0.3 kg and stiffness K = 200 N/m. The acceleration
+  // of the path is |a| ≤ 5.78·Δ/T² = 0.13 m/s², with the displacement Δ in the time T. The bound is twice this lag,
+  // because the hand may overshoot.
   EXPECT_LT(worst_m, 2 * 0.3 * 0.13 / 200);
   EXPECT_GT(worst_m, 0);
 }
@@ -242,9 +243,11 @@ TEST(SimDevice, TremorHasTheStatedStrengthAndBand) {
     if (i > 0) force_square_sum += force.squaredNorm();
     x.push_back(force.x());
   }
-  // The tremor is noise from a filter with the angular frequency ω and the damping ratio ζ. Its correlation time is
-  // 1/(ζω) = 0.18 s. Therefore 120 s of three components give 3·670 independent values of the square. The standard
-  // error of their mean is 3 %, and that of its root half as much.
+  // Tolerance: five standard errors of the measured strength, 1.6 % each. They follow for tremor from a filter with the
+  // angular frequency ω and the damping ratio ζ:
+  // - Its correlation time is 1/(ζω) = 0.18 s.
+  // - In 120 s, three components give 3·670 independent values of the square.
+  // - The standard error of the mean square is 3 %, and that of its root half as much.
   EXPECT_NEAR(std::sqrt(force_square_sum / kTicks), 0.2, 0.2 * 5 * 0.016);
   double crossings = 0;
   for (std::size_t i = 1; i < x.size(); ++i) crossings += x[i - 1] < 0 && x[i] >= 0;
@@ -304,7 +307,8 @@ TEST(SimDevice, OfAnEncoderReportsTheVelocityOfItsPositionsLateButQuiet) {
     worst_turning = std::max(worst_turning, (sample.V_DH.w - device.hand_twist().w).norm());
     fastest = std::max(fastest, device.hand_twist().v.norm());
   }
-  // Symbols: encoder step s = 30 µm or 1 mrad; acceleration a of at most 2 N / 0.3 kg or 0.05 N·m / 4e-4 kg·m².
+  // The velocity estimate must have a smaller error than a difference over one period of 1 ms. Symbols: encoder step s
+  // = 30 µm or 1 mrad; acceleration a of at most 2 N / 0.3 kg or 0.05 N·m / 4e-4 kg·m².
   //
   // * A velocity from the difference over one period of 1 ms would jump by s / 1 ms = 30 mm/s or 1 rad/s.
   // * The estimate uses a window of at most √(12 s/a) and lags by half of it. Its error is √(3 s a) = 25 mm/s or 0.6

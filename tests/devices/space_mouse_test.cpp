@@ -21,7 +21,7 @@ using testing::HasSubstr;
 using Bytes = std::vector<std::uint8_t>;
 using Kind = SpaceMouseReports::Kind;
 
-/// A scripted device: the reports that it will send, and the bytes that it has received.
+/// A simulated SpaceMouse on a table: the reports that it will send, and the bytes that it has received.
 struct Table {
   std::deque<Bytes> reports;
   std::vector<Bytes> writes;

@@ -22,8 +22,8 @@ namespace tandem::devices {
 
 inline constexpr std::size_t kFrame = 300;
 inline constexpr std::uint8_t kMagic = 0xa5, kZero = 0, kForce = 1, kReply = 2, kOwnZero = 3;
-/// Returns a frame. It consists of the magic number, the kind, and the number of times that, as the owner process knew,
-/// its watchdog had released the force. All other bytes repeat the kind.
+/// Returns a frame: the magic number, the kind, and `known_releases`. This is the number of force releases by the
+/// watchdog that the owner process knew of when it wrote the frame. All other bytes repeat the kind.
 inline std::vector<std::uint8_t> frame_of(std::uint8_t kind, std::uint32_t known_releases = 0) {
   std::vector<std::uint8_t> frame(kFrame, kind);
   frame[0] = kMagic;
@@ -102,8 +102,8 @@ class Reader {
     return is_so();
   }
 
-  int zeros = 0;     ///< number of zero frames since the last force
-  int silences = 0;  ///< number of times that the watchdog wrote zero after a force
+  int zeros = 0;     ///< number of frames with zero force since the last frame with a force
+  int silences = 0;  ///< number of times that the watchdog wrote a zero after a frame with a force
   int forces = 0, replies = 0;
   std::uint8_t last = kForce;  ///< kind of the last frame that is not a reply
   std::uint32_t releases_at_last_force = 0;

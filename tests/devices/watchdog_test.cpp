@@ -43,8 +43,8 @@ int trials() {
   return given != nullptr ? std::stoi(given) : 1;
 }
 
-/// Closes all other files in a child process. A line ends only after every process has closed it, so an inherited
-/// descriptor would keep it open.
+/// Closes all files but one in a child process. The reader sees the end of a line only when every process has closed
+/// the line, so an inherited descriptor would keep the line open.
 void keep_only(int descriptor) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (int other = 3; other < 512; ++other) {
@@ -173,7 +173,7 @@ struct Case {
   int busy_ms;
 };
 
-/// A trial in which an owner is killed or stopped while its line is full.
+/// One trial: an owner process fills its line and is then killed, or stopped, or stopped and continued.
 struct Trial {
   explicit Trial(const Case& what) : one(what), line(what.line), owner(what.line, line.writing), reader(line.reading) {}
 
@@ -181,7 +181,7 @@ struct Trial {
     EXPECT_TRUE(wait_for([this] { return owner.shared->is_busy.load(); }));
     releases_before = owner.shared->releases;
     owner.send_signal(one.end == End::kKilled ? SIGKILL : SIGSTOP);
-    // Until open(), nothing is read from the line, so that it stays full.
+    // The test reads nothing from the line until open(), so that the line stays full.
     ended = clock.now();
   }
   /// Starts to read. Measures the delays until a zero arrives and until the peer responds.
@@ -257,8 +257,9 @@ std::vector<std::unique_ptr<Trial>> tried(std::vector<Case> cases) {
   return result;
 }
 
-// A busy machine may schedule the watchdog late, so late trials are repeated. A case fails if its zero is late in each
-// trial, although another process (Peer) was scheduled in time.
+// After the line accepts bytes again, the watchdog must write zero within 10 ms. A busy machine may schedule the
+// watchdog late, so late trials are repeated. A case fails if the zero is late in each trial although another process
+// (Peer) was scheduled in time.
 TEST(WatchdogLine, ZeroComesWithin10MsOfTheMomentThatTheLineTakesBytes) {
   std::vector<Case> cases;
   for (const LineKind line : {LineKind::kPipe, LineKind::kTcp}) {
@@ -364,8 +365,8 @@ TEST(WatchdogLine, AZeroThatIsNotOutIsWithdrawnWhenTheOwnerGoesOnAndNotCounted) 
   EXPECT_LE(counted, reader.silences) << "a release was counted, but zero was not written";
 }
 
-/// Requests the owner's own zero while the line is full. Returns false if the machine stalled the owner until its
-/// watchdog wrote a zero; the trial is then inconclusive.
+/// Tests a zero that the owner itself writes while the line is full. Returns false if the trial is inconclusive: the
+/// machine stalled the owner for so long that the watchdog wrote a zero.
 bool an_owners_zero_waits(LineKind kind) {
   TestLine line(kind);
   Owner owner(kind, line.writing);

@@ -24,11 +24,13 @@ using namespace tandem;
 using fuzz::check;
 using fuzz::TimelineAct;
 
-/// Maximum age of a state, and maximum number of ticks after which the force must then be zero (client/SAFETY.md).
+/// Limits of client/SAFETY.md: the maximum age of a state, and the maximum number of ticks from then until the force is
+/// zero.
 constexpr Duration kSilence = std::chrono::milliseconds(150);
 constexpr int kTicksToZero = 25;
 
-/// A recorded session: the messages of a hub to a client of one stage up to its first state, and the following states.
+/// A recorded session of a hub with a client of one stage. `messages` are all messages up to the first state, `states`
+/// the states that follow.
 struct Recording {
   std::vector<proto::Bytes> messages;
   std::vector<proto::ServerUpdate> states;
@@ -131,7 +133,7 @@ class Session {
 
  private:
   ServerTime server_time() const {
-    // Clamps the value to the range of time stamps in the protocol.
+    // Limits the offset so that the sum is within the range of time stamps in the protocol.
     constexpr Duration kMost = proto::kMaxTimestamp;
     const Duration now = it_.now().time_since_epoch();
     return ServerTime(std::clamp(offset_, -now, kMost - now) + now);
@@ -152,7 +154,7 @@ class Session {
 
   Vec3 vector(double most) { return most * Vec3(in_.share(), in_.share(), in_.share()); }
   Quat rotation() { return quaternion_of(vector(3)); }
-  /// Returns a random state. About a tenth of the states are out of range.
+  /// Returns a random state. In about a tenth of the states, a vector exceeds the limits of the protocol.
   RigidState anywhere() {
     constexpr double kBeyond = 0.65;  // fraction of the limit per component; long vectors (√3 · 0.65) exceed it
     return {{vector(kBeyond * proto::kMaxPositionM), rotation()},
@@ -204,8 +206,8 @@ class Session {
     contact.lever_m = std::abs(in_.share()) * proto::kMaxPositionM;
   }
 
-  /// Replaces bodies and users by many with consecutive ids. The first id is arbitrary, so that the ids are known ones,
-  /// unknown ones, or both.
+  /// Replaces all bodies and users by up to the maximum number, with consecutive ids. The first id is arbitrary, so the
+  /// client may know some of the ids, all or none.
   proto::ServerUpdate crowded(proto::ServerUpdate update) {
     const std::size_t bodies = in_.byte() % (proto::kMaxBodies + 1), users = in_.byte() % (proto::kMaxUsers + 1);
     const auto first = static_cast<std::uint32_t>(in_.whole());

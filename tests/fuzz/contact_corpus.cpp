@@ -13,8 +13,8 @@ namespace {
 
 using namespace tandem;
 
-/// Options for small assets with coarse cells and few points, because the runner changes every byte. The assets are not
-/// compressed, so that a changed byte reaches the readers.
+/// Returns options for small assets, because the runner changes every byte of a seed. Cells are coarse and points few.
+/// The assets are not compressed, so that a changed byte reaches the readers instead of failing in the decompression.
 contact::ContactShapeOptions coarse_options() {
   contact::ContactShapeOptions options;
   options.cell_m = 2e-3;

@@ -40,7 +40,7 @@ class CallWriter {
   std::vector<std::byte> bytes_;
 };
 
-/// Byte that selects a struct with the correct struct_size, or the first object of a kind.
+/// Byte that selects the usual case: a struct with the correct struct_size, or the first object of a kind.
 constexpr std::uint8_t kUsual = 0;
 
 void open_device(CallWriter& to) {

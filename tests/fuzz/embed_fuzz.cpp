@@ -24,7 +24,8 @@ constexpr std::uint32_t kMaxSize = 65536;
 /// Limits for one input, so that it takes milliseconds: opening and stopping a client is slow.
 constexpr int kMaxCalls = 200, kMaxClients = 3;
 
-/// A struct, or an array of structs, in a block of exactly the claimed size.
+/// A struct, or an array of structs, in a heap block of exactly the size that struct_size claims. AddressSanitizer then
+/// detects an access beyond that size.
 template <class Struct>
 class Block {
  public:
@@ -152,7 +153,7 @@ class Program {
     check((status == TANDEM_OK) == (made != 0));
     if (made == 0) return status;
     clients_.push_back(made);
-    // A join is tried only on the port on which no program listens.
+    // A client may join only if its server is the port on which no program listens.
     const bool is_safe = block.is_usual() && (choice & 8U) == 0 && settings.is_insecure == 1;
     can_join_.push_back(is_safe);
     return status;

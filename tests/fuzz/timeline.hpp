@@ -59,8 +59,8 @@ class TimelineReader {
   std::span<const std::uint8_t> bytes_;
 };
 
-/// Writes seeds for each of `stages` stages: one with unchanged states only, one with a silence, one for each kind of
-/// replaced number in a state, and one for each other action.
+/// Writes the seeds for each stage, by its number below `stages`. The seeds are timelines: one with true states only,
+/// one with a silence, one for each number of a state that can be replaced, and one for each other action.
 inline void write_timeline_seeds(const std::filesystem::path& folder, std::size_t stages = 8) {
   const auto act = [](TimelineAct kind) { return static_cast<std::uint8_t>(kind); };
   const auto write = [&folder](std::size_t stage, const std::string& name, std::vector<std::uint8_t> bytes) {
@@ -79,7 +79,8 @@ inline void write_timeline_seeds(const std::filesystem::path& folder, std::size_
             {act(TimelineAct::kTrue), 30, act(TimelineAct::kSpoilt), mask, 0, 0, kYear, 255, act(TimelineAct::kTrue),
              30, act(TimelineAct::kSpoilt), 0, mask, 1, kYear, 255, act(TimelineAct::kSilence), 200});
     }
-    // A state whose times are all a year ahead. It echoes no input, so that the estimated clock offset does not follow.
+    // Sets all times of a state a year ahead. The state echoes no input, so that the client cannot correct its clock
+    // offset by it.
     constexpr std::uint8_t kAheadWithoutEcho = 1U << 7U | 1U << 3U;
     write(stage, "ahead",
           {act(TimelineAct::kTrue), 30, act(TimelineAct::kSpoilt), kAheadWithoutEcho, 0, 0, 0, 0, kYear, 255,

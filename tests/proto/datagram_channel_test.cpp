@@ -158,7 +158,7 @@ TEST_F(DatagramChannelTest, ABlockedStreamUsesNoSequence) {
 
 TEST_F(DatagramChannelTest, OnAQueueingLinkDatagramsArePacedExceptUrgentOnes) {
   const auto never_called = [](const net::Deadband&, Duration) { return ADD_FAILURE(), true; };
-  // Each datagram is delayed by 1 ms more than the previous one.
+  // Simulates a link whose queue grows: each datagram is delayed by 1 ms more than the previous one.
   for (int i = 0; i < 200; ++i) {
     now_ += kMs;
     if (!client_.admits(now_, true, never_called)) continue;

@@ -38,8 +38,8 @@ bool is_usable(const ServerUpdate& update) {
   return is_good;
 }
 
-/// Returns whether all numbers of a message are finite. It checks the text form, which has one line for each field, so
-/// that no field is missed. The line of a string field ends in a quotation mark and is skipped.
+/// Returns whether all numbers of a message are finite. Checks the message as text, with one line for each field, so
+/// that no field is missed. A text field cannot be mistaken for a number, because its line ends in a quotation mark.
 bool has_finite_numbers(const google::protobuf::Message& message) {
   std::istringstream text(message.DebugString());
   for (std::string line; std::getline(text, line);) {
@@ -213,7 +213,8 @@ TEST(HostileBytes, ManyEmptyItemsAreRefusedWithoutHarm) {
 }
 
 TEST(HostileBytes, DeepNestingIsRefusedWithoutRunningOutOfStack) {
-  // Nested groups of an unknown field have no length prefix. One control message can contain 200,000 levels.
+  // The bytes open a group within a group, 200,000 levels deep. Groups have no length prefix, so they fit into one
+  // control message.
   const Bytes payload(200'000, std::byte{0xa3});
   wire::ClientControl message;
   EXPECT_FALSE(parse_control(payload, message));

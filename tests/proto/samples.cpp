@@ -365,8 +365,9 @@ ServerUpdate server_update() {
   return update;
 }
 
-// The contact of a cushion that acts like two springs. Its stiffness matrix is K = Σ k gᵀg: each spring has the
-// stiffness k and the row vector g of its direction. The elements of g are exact binary fractions.
+// Returns the contact with a cushion that acts like two springs. Each spring adds k gᵀg to the stiffness matrix, with
+// its stiffness k and the row vector g of its direction. The elements of g are exact binary fractions, so that encoding
+// does not change them.
 SoftContact soft_contact() {
   SoftContact contact;
   contact.wrench_W = {Vec3(0, 0.5, 2), Vec3(0.0625, 0, -0.03125)};

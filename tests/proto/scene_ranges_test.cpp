@@ -31,8 +31,8 @@ using ::testing::HasSubstr;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A scene with every message type that a scene can contain. Each of its numbers can be set to both ends of its range.
-/// The shapes are small, so that they are built quickly.
+/// Returns a scene with every message type that a scene can contain. Each number in it can be set to both ends of its
+/// range without breaking another rule. The shapes are small, so that they are built quickly.
 std::string sample_json() {
   // The maximum number of conditions of a goal, so that at_least can have its largest value.
   std::string conditions =
@@ -116,8 +116,8 @@ bool is_of_a_file(const SceneRange& range) {
   return !range.field.starts_with("MassProperties.");
 }
 
-/// Returns whether a range belongs to a primitive shape. Sampling the surface of such a shape of 100 m would take
-/// minutes.
+/// Returns whether a range belongs to a primitive shape. Such ranges need care: sampling the surface of a shape of 100
+/// m would take minutes.
 bool is_of_a_primitive(const SceneRange& range) {
   const std::string type = names_of(range).first;
   return type == "Sphere" || type == "Box" || type == "Cylinder" || type == "Capsule";
@@ -157,7 +157,8 @@ class SceneRanges : public ::testing::Test {
     joined_.set_role(wire::ROLE_MANIPULATOR);
     for (const auto& body : scene->world.bodies) fill(body.mass, *joined_.add_body_masses());
     for (const auto& tool : scene->world.tools) fill(tool.mass, *joined_.add_tool_masses());
-    // Swaps the bodies, so that the first mass is that of a moving body.
+    // Swaps the two bodies, because set() changes the first mass that it finds, and this must be the mass of a moving
+    // body.
     joined_.mutable_body_masses()->SwapElements(0, 1);
     joined_.mutable_scene()->mutable_bodies()->SwapElements(0, 1);
     for (const server::Asset& asset : scene->assets) assets_[asset.sha256] = asset.bytes;
@@ -284,7 +285,8 @@ TEST_F(SceneRanges, WhatIsJustInsideIsAcceptedFromAFileAndFromTheWire) {
       }
       if (!is_of_a_file(range)) continue;
       const std::string refusal = refusal_of_numbers(sample_with(range, value));
-      // The coefficients of a polynomial have a second range: that of the resulting values.
+      // The coefficients of the polynomials in an adaptive fit have two limits: their own range, and the range of the
+      // resulting values. A coefficient at the end of its own range gives values out of range.
       const bool is_polynomial = range.field.starts_with("AdaptiveFit") && range.low < 0;
       EXPECT_THAT(refusal, is_polynomial ? HasSubstr(" gives ") : HasSubstr(""));
       EXPECT_EQ(refusal.empty(), !is_polynomial) << refusal;

@@ -60,7 +60,7 @@ TEST(ServerUpdateEncoder, LargestUpdateFitsWithOwnToolAndHeldBodyInEveryMessage)
       EXPECT_EQ(read.sent, update.sent);
       ASSERT_TRUE(names(read, update.held_body));
     }
-    // The largest item has 72 bytes, so the encoder must add items while more than 72 bytes are free.
+    // The encoder must use the space of a message: it adds items as long as the largest item, 72 bytes, still fits.
     EXPECT_GT(receiver.largest_bytes, kMaxPayloadBytes - 72);
   }
 }
@@ -110,8 +110,8 @@ TEST(ServerUpdateEncoder, NothingStarvesWhenEverythingMoves) {
 TEST(ServerUpdateEncoder, AllThatFitsIsSentInEveryMessage) {
   ServerUpdate update = server_update();
   update.bodies.clear();
-  // Eight bodies fit into a message together with the largest user-specific part. More fit for a user without grasp,
-  // wave or soft contact.
+  // Number of bodies that always fit into a message: eight, beside the largest possible part for the user (grasp, wave
+  // and soft contact).
   for (std::uint32_t id = 1; id <= 8; ++id) update.bodies.push_back(body_of(id, moving_state(id)));
   Receiver receiver;
   for (int message = 0; message < 50; ++message) {
@@ -125,7 +125,8 @@ TEST(ServerUpdateEncoder, AllThatFitsIsSentInEveryMessage) {
 TEST(ServerUpdateEncoder, RestingBodiesAreThinnedBeforeMovingOnes) {
   ServerUpdate update;
   for (std::uint32_t id = 1; id <= kMaxBodies; ++id) {
-    const bool is_moving = id > kMaxBodies - 8;  // last in the list: list order alone would omit them
+    // Moving bodies are last in the list. An encoder that goes by list order would omit them.
+    const bool is_moving = id > kMaxBodies - 8;
     update.bodies.push_back(body_of(id, is_moving ? moving_state(id) : resting_state(id)));
   }
   Receiver receiver;

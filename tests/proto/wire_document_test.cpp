@@ -166,7 +166,8 @@ TEST(WireDocument, ThinningConstantsAreThoseOfTheCode) {
   EXPECT_EQ(numbers_in(table_under("Thinning of a ServerUpdate")), expected);
 }
 
-/// Returns offset and length of the nonzero bytes of a header. The first byte of the header is ignored.
+/// Returns the position of one header field: offset and length of the nonzero bytes of a header in which only this
+/// field is set. Byte 0 is ignored.
 std::pair<std::size_t, std::size_t> extent_in(const Bytes& header) {
   std::size_t first = 1;
   while (first < header.size() && header[first] == std::byte{0}) ++first;
@@ -222,8 +223,8 @@ TEST(WireDocument, ChecksOnReceiveNameOnlyDropReasons) {
   }
 }
 
-/// Returns a datagram whose first failed header check is number `first`. It fails later checks too, so that a wrong
-/// order of the checks gives another reason.
+/// Returns a datagram that passes the header checks before number `first` and fails that check and later ones. If the
+/// checks are made in a wrong order, the reason of the refusal differs.
 Bytes failing_from(int first) {
   if (first == 1) return Bytes(kDatagramHeaderBytes - 1);
   Bytes bytes(first == 2 ? kMaxDatagramBytes + 1 : kDatagramHeaderBytes);

@@ -36,8 +36,8 @@ std::uint64_t tandem::test::allocation_count() noexcept {
   return count;
 }
 
-// Replaces every form of operator new that matches the operators delete below. A sanitizer would supply its own version
-// of a form that is not replaced.
+// Every operator delete below needs the operator new that belongs to it. A form that is not replaced here would come
+// from a sanitizer and allocate memory that these operators cannot free.
 void* operator new(std::size_t size) {
   return counted_or_throw(size, __STDCPP_DEFAULT_NEW_ALIGNMENT__);
 }

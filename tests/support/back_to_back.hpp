@@ -62,7 +62,7 @@ class WiredClient final : public client::ClientTransport {
   Duration clock_lead_;
   server::ConnectionHandle handle_ = 0;  ///< 0 if not connected
   bool is_connect_requested_ = false;
-  /// whether the server has closed the connection; the stream ends after the packets in transit
+  /// true: the server has closed the connection; the stream ends after the packets in transit
   bool ends_after_queue_ = false;
   bool has_newest_ = false;
   std::deque<Packet> up_;

@@ -51,8 +51,8 @@ class RecordingTransport final : public server::ServerTransport {
     if (!is_encrypted) return std::nullopt;
     return export_of(connection, label);
   }
-  /// Returns key material in the form that both ends of a TLS connection would export. It differs for each connection
-  /// and purpose.
+  /// Returns key material as both ends of a TLS connection would derive it from the connection. It differs for each
+  /// connection and each purpose (`label`).
   static secure::Exported export_of(server::ConnectionHandle connection, std::string_view label) {
     secure::Exported exported;
     exported.secret.bytes()[0] = static_cast<std::byte>(connection);
@@ -61,7 +61,7 @@ class RecordingTransport final : public server::ServerTransport {
   }
 
   const std::thread::id home = std::this_thread::get_id();
-  std::atomic<std::size_t> sent_elsewhere{0};  ///< number of datagrams that another thread sent
+  std::atomic<std::size_t> sent_elsewhere{0};  ///< number of datagrams that a thread other than `home` sent
   std::map<server::ConnectionHandle, proto::FrameReader> readers;
   std::map<server::ConnectionHandle, std::vector<wire::ServerControl>> messages;
   std::map<server::ConnectionHandle, std::vector<proto::Bytes>> datagrams;
@@ -147,7 +147,8 @@ class HubBench {
     return join;
   }
 
-  /// Connects a client, sends its greeting and joins it. The reply is in `joined`. A refused join gives user 0.
+  /// Connects a client, sends its greeting and its join. The returned client has the server's reply in `joined`; if the
+  /// join was refused, its user is 0.
   BenchClient join(const std::string& name, wire::Role role = wire::ROLE_MANIPULATOR,
                    const std::string& capability = "state-udp") {
     BenchClient client = connect();

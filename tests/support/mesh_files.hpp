@@ -178,7 +178,8 @@ inline std::string ply_binary(const Surface& s, bool is_double) {
   return bytes;
 }
 
-/// Returns each convex face as a zigzag strip. The strips are separated by -1.
+/// Returns each convex face as a triangle strip, whose corners alternate between the two sides of the face. The strips
+/// are separated by -1.
 inline std::vector<int> strips_of(const Surface& s) {
   std::vector<int> strips;
   for (const auto& face : s.faces) {
@@ -306,7 +307,7 @@ inline std::string chunk_3ds(std::uint16_t id, const std::string& content) {
 }
 
 /// Returns a 3DS file.
-/// In      master_scale  scale of the editor; 0: the file does not contain it
+/// In      master_scale  master scale of the editor (an entry of the file); 0 omits the entry
 inline std::string file_3ds(const Surface& s, float master_scale = 0) {
   std::string vertices, faces, scale;
   append(vertices, static_cast<std::uint16_t>(s.vertices.size()));

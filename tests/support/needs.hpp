@@ -16,8 +16,8 @@ std::string missing_of(std::initializer_list<std::filesystem::path> paths);
 /// Returns true in continuous integration (TANDEM_REQUIRE=all). A missing capability of the machine is then a failure.
 bool is_all_required();
 
-/// Prints a claim that was not tested and appends it to the file $TANDEM_LEFT_OUT. deploy/test counts the lines of this
-/// file.
+/// Reports that a claim of a test was not tested: prints the claim and appends it to the file $TANDEM_LEFT_OUT.
+/// deploy/test counts the lines of this file.
 void note_left_out(const std::string& test, const std::string& why);
 
 }  // namespace tandem::test

@@ -35,9 +35,9 @@ inline std::string to_text(const PdbLine& line) {
   return text.data();
 }
 
-/// Returns the records of a residue. `atoms` lists its atoms, e.g. "N H CA C", each hydrogen after its carrier. Atoms
-/// are 3 Å apart, and hydrogens are 1 Å from their carrier. N or P is 1.3 Å from C or O3' of the residue with the
-/// previous number.
+/// Returns the PDB records of a residue. `atoms` lists its atoms, e.g. "N H CA C", each hydrogen after its carrier
+/// atom. Heavy atoms are 3 Å apart, and hydrogens are 1 Å from their carrier. Consecutive residues are bonded: N or P
+/// is 1.3 Å from C or O3' of the residue with the previous number.
 inline std::string residue_text(const std::string& name, const std::string& atoms, int number, char chain = 'A') {
   constexpr double kResidueAngstrom = 10, kHalfBondAngstrom = 0.65, kApartAngstrom = 3;
   constexpr std::array<std::array<double, 2>, 4> kAround = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};

@@ -57,15 +57,15 @@ class Source {
  private:
   Atom atom(const char* name) { return XInternAtom(display_, name, False); }
 
-  /// Returns the position of the target's centre on the screen in the form of the protocol: x in the upper 16 bits, y
-  /// in the lower 16 bits.
+  /// Returns the position of the target's centre on the screen. The protocol packs it into one number: x in the upper
+  /// 16 bits, y in the lower 16 bits.
   long place() {
     XWindowAttributes attributes{};
     XGetWindowAttributes(display_, target_, &attributes);
     return (static_cast<long>(attributes.x + attributes.width / 2) << 16) | (attributes.y + attributes.height / 2);
   }
 
-  /// In      data  content of the message after its first item, the source's window
+  /// In      data  items of the message, after its first item, which is the window of the source
   void send(const char* type, std::initializer_list<long> data) {
     XEvent event{};
     event.xclient.type = ClientMessage;

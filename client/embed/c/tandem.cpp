@@ -29,7 +29,7 @@ using namespace tandem::client;
 using namespace tandem::client::embed;
 
 struct Tables {
-  const pid_t process = ::getpid();  ///< detects a child of fork(), which has a copy of the tables but no threads
+  const pid_t process = ::getpid();  ///< detects a forked child process: it has the tables but no threads
   HandleTable<EmbeddedClient> clients{1};
   HandleTable<OwnDevice> devices{2};
 };
@@ -39,7 +39,7 @@ void close_all(int /*exit_code*/, void* all) {
   auto& tables = *static_cast<Tables*>(all);
   if (::getpid() != tables.process) return;
   const auto clients = tables.clients.remove_all();
-  for (const auto& client : clients) client->begin_stop();  // starts all ramps before the first wait
+  for (const auto& client : clients) client->begin_stop();  // all ramps begin before the first wait
   for (const auto& client : clients) client->close();
 }
 
@@ -47,8 +47,8 @@ void close_all(int /*exit_code*/, void* all) {
 // library while the program exits.
 Tables& tables() {
   static Tables* const tables = [] {
-    // Exit handlers run in reverse order of registration. OpenSSL registers one at its first use. It must run after
-    // close_all(), so OpenSSL is used before close_all() is registered.
+    // close_all() must run before OpenSSL's exit handler. Exit handlers run in the reverse order of their registration,
+    // and OpenSSL registers one at its first use. So OpenSSL is used here, before close_all() is registered.
     static_cast<void>(secure::random_u64());
     auto* const made = new Tables;
     on_exit(&close_all, made);
@@ -57,8 +57,8 @@ Tables& tables() {
   return *tables;
 }
 
-// Texts for the calling thread. Arrays need no destructor, which matters at the exit of the program: its static objects
-// may still call the library after thread-local objects were destroyed.
+// Texts for the calling thread. They are arrays because arrays need no destructor: at the end of the program, static
+// objects of the program may call the library after thread-local objects with destructors were destroyed.
 thread_local std::array<char, 2048> last_error{};
 thread_local std::array<char, 512> fault_text{};
 
@@ -72,8 +72,8 @@ bool lacks_resources(const std::error_code& code) {
          code == std::errc::too_many_files_open || code == std::errc::too_many_files_open_in_system;
 }
 
-/// Calls a function that returns a status. An exception is converted to a status, and its text becomes the last error
-/// of the calling thread.
+/// Calls a function that returns a status. Converts an exception to a status, and stores the text of the exception as
+/// the last error of the calling thread.
 template <class Function>
 tandem_status call_safely(const Function& function) noexcept {
   try {
@@ -234,7 +234,7 @@ tandem_status tandem_device_force(tandem_device device, tandem_force* force) noe
       result.on_hand_D = c_wrench(command.on_hand_D);
       result.commands = command.commands;
     }
-    // The result is written before the handle is checked. A program that ignores the error of a closed device thus
+    // The result is written before the handle is checked. So a program that ignores the error of a closed device still
     // reads zero force.
     write_struct(result, force, size);
     static_cast<void>(device_of(device));
@@ -281,8 +281,8 @@ tandem_status tandem_client_stop(tandem_client client) noexcept {
 
 tandem_status tandem_client_close(tandem_client client) noexcept {
   return call_safely([&]() -> tandem_status {
-    // The handle is removed after the client is closed, so that close_all() still finds the client and waits for this
-    // call if the program exits meanwhile.
+    // The client is closed first and its handle is removed afterwards. So close_all() can still find the client if the
+    // program exits during this call, and waits for the call.
     const auto found = client_of(client);
     found->close();
     if (tables().clients.remove(client) == nullptr) {

@@ -28,7 +28,7 @@ namespace tandem {
 
 using Seconds = std::chrono::duration<double>;
 
-/// Exception for the error of a call; what() names the value and the remedy.
+/// Exception for a failed call; what() names the value and the remedy.
 class Error : public std::runtime_error {
  public:
   explicit Error(tandem_status status) : std::runtime_error(text_of(status)), status_(status) {}
@@ -64,7 +64,7 @@ inline const char* text_or_null(const std::string& text) {
   return text.empty() ? nullptr : text.c_str();
 }
 
-/// Owner of a handle, which closes the handle exactly once.
+/// Owns a handle and closes it exactly once.
 template <tandem_status (*Close)(std::uint64_t) noexcept>
 class Handle {
  public:
@@ -120,7 +120,7 @@ struct ClientSettings {
   bool is_insecure = false;
   std::uint32_t role = 0;
   bool uses_tcp = false;
-  const OwnDevice* own_device = nullptr;  ///< must exist when the client is constructed
+  const OwnDevice* own_device = nullptr;  ///< device that the program drives; must exist when the client is constructed
   std::string device, profile, hand;
   std::string stage, predictor;
   bool has_passivity = true;

@@ -9,14 +9,15 @@
 //
 // Dispose() ramps the force to zero and leaves the room. A thread of the library displays the force, so the garbage
 // collector never delays it. All methods may be called from any thread. tandem.h describes units, frames and safety.
-// The structs have the names of its fields, so that its comments apply to them.
+// The fields of the structs have the same names as in tandem.h, where they are described.
 using System;
 using System.Runtime.InteropServices;
 using System.Text;
 
 namespace Tandem {
 
-/// A parameter out of range, a refused join and other errors; Message names the value and the remedy.
+/// Exception for a failed call, for example a parameter out of range or a refused join. Message names the value and the
+/// remedy.
 public sealed class TandemException : Exception {
   public readonly Status Status;
   public TandemException(Status status, string text) : base(text) { Status = status; }
@@ -49,7 +50,8 @@ public enum PoseRequest : uint {
 [StructLayout(LayoutKind.Sequential)] public struct Twist { public Vector linear_m_per_s, angular_rad_per_s; }
 [StructLayout(LayoutKind.Sequential)] public struct Wrench { public Vector force_n, torque_n_m; }
 
-/// A text in UTF-8, in a buffer of 72 bytes. It is a value type, so that an array of bodies is one block of memory.
+/// A text in UTF-8, in a buffer of 72 bytes. It is a value type, so that an array of bodies is a single block of
+/// memory.
 [StructLayout(LayoutKind.Sequential)]
 public struct Name {
   ulong a, b, c, d, e, f, g, h, i;
@@ -191,8 +193,8 @@ public sealed class OwnDevice : IDisposable {
       Handle = handle;
     }
   }
-  // The finalizer also runs if the constructor failed, e.g. because the library is missing. Then there is nothing to
-  // close, and an exception of a finalizer would end the program.
+  // The finalizer also runs if the constructor failed, e.g. because the library is missing. In that case there is
+  // nothing to close. A call of the missing library would throw, and an exception of a finalizer would end the program.
   ~OwnDevice() {
     if (Handle != 0) Native.tandem_device_close(Handle);
   }
@@ -211,7 +213,8 @@ public sealed class OwnDevice : IDisposable {
     return force;
   }
 
-  /// As Native.Check(). Keeps this object from the finalizer, which closes the device, until the native call has ended.
+  /// Checks a status like Native.Check(). Keeps this object alive until the native call has ended, because the object's
+  /// finalizer closes the device.
   Status Checked(Status status) {
     GC.KeepAlive(this);
     return Native.Check(status);
@@ -387,7 +390,8 @@ public sealed class Client : IDisposable {
     }
   }
 
-  /// As Native.Check(). Keeps this object from the finalizer, which closes the client, until the native call has ended.
+  /// Checks a status like Native.Check(). Keeps this object alive until the native call has ended, because the object's
+  /// finalizer closes the client.
   Status Checked(Status status) {
     GC.KeepAlive(this);
     return Native.Check(status);

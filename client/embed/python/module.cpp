@@ -1,5 +1,5 @@
-// The Python module tandem._tandem: a layer over tandem.hpp. Every call that may wait releases the interpreter's lock,
-// and no thread of the library ever takes it, so a busy interpreter does not delay the force.
+// The Python module tandem._tandem, a layer over tandem.hpp. Every call that may wait releases the interpreter's lock.
+// No thread of the library ever takes this lock, so a busy interpreter does not delay the force.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -20,7 +20,7 @@ namespace {
 namespace py = pybind11;
 using WithoutLock = py::call_guard<py::gil_scoped_release>;
 
-/// Ticks in memory; each field is available as a memoryview over all ticks, without a copy.
+/// Ticks in memory. Python reads each field as a memoryview over all ticks, without a copy.
 struct Ticks {
   std::shared_ptr<const std::vector<tandem_tick>> ticks;
 };
@@ -75,11 +75,11 @@ void copy_to(const std::array<double, 3>& from, double (&to)[3]) {
   for (std::size_t i = 0; i < 3; ++i) to[i] = from[i];
 }
 
-/// Longest time until Ctrl-C ends a wait.
+/// Longest time from Ctrl-C to the end of a wait.
 constexpr tandem::Seconds kSlice{0.05};
 
-/// Repeats a wait of the library in slices, without the interpreter's lock. Between two slices the signal handlers of
-/// Python run, so that Ctrl-C ends the wait. Returns the status of the last slice.
+/// Waits in slices, without the interpreter's lock. Between two slices, the signal handlers of Python run, so that
+/// Ctrl-C ends the wait. Returns the status of the last slice.
 /// In      timeout_s  the library refuses a time-out that is not valid
 ///         wait       waits for at most the given number of seconds, and returns a status
 template <class Wait>
@@ -98,12 +98,13 @@ tandem_status wait_in_slices(double timeout_s, const Wait& wait) {
   }
 }
 
-/// A client that can be closed before Python releases it.
+/// A client that Python can close before the object itself is released.
 class Client {
  public:
   explicit Client(const tandem::ClientSettings& settings, std::shared_ptr<tandem::OwnDevice> device)
       : device_(std::move(device)), client_(std::in_place, settings) {}
-  // Closing waits for the threads of the client. If Python collects the client, other threads of Python continue.
+  // Closing waits for the threads of the client. If this runs in Python's garbage collection, other threads of Python
+  // continue, because the interpreter's lock is released.
   ~Client() {
     std::optional<py::gil_scoped_release> release;
     if (PyGILState_Check() != 0) release.emplace();
@@ -113,7 +114,8 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Joins the room and starts the loop. If this fails, closes the client, because Python then calls no __exit__.
+  /// Joins the room and starts the loop. After a failure, closes the client here, because Python does not call __exit__
+  /// if __enter__ fails.
   void enter(double timeout_s) {
     try {
       without_lock([this] { client_->join(); });
@@ -137,7 +139,7 @@ class Client {
       return false;
     }
   }
-  // `client_` is not destroyed, so that a later call fails with an error of the library (bad handle).
+  // Closes the client. `client_` itself is kept, so that a later call fails with an error of the library (bad handle).
   void close() { tandem_client_close(client_->handle()); }
   tandem::Client& open() { return *client_; }
 
@@ -152,7 +154,7 @@ class Client {
   std::optional<tandem::Client> client_;
 };
 
-/// Iterates over events: waits for the next one, and ends after `timeout_s` without an event.
+/// Iterator over events. It waits for the next event, and ends after `timeout_s` without an event.
 struct Events {
   std::shared_ptr<Client> client;
   double timeout_s = 0;

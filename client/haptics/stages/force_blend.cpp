@@ -6,8 +6,8 @@
 namespace tandem::client {
 namespace {
 
-/// Shortens `offset` by the part of the target's motion `way` that points in the direction of the offset. Scales
-/// `slope` by the same factor.
+/// Shortens `offset` when the target moves in its direction: subtracts the component of the target's motion `way` along
+/// `offset`, down to zero. Scales `slope` by the same factor.
 void give_way(const Vec3& way, Vec3& offset, Vec3& slope) {
   const double length = offset.norm();
   const double along = length > 0 ? way.dot(offset) / length : 0.0;

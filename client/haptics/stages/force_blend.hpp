@@ -1,4 +1,4 @@
-// Blends the force when a stage changes its rule: the difference from the previously displayed force fades out.
+// Fades out the force difference that arises when a stage changes the rule by which it computes the force.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -14,9 +14,9 @@ namespace tandem::client {
 ///         continuous when the target jumps.
 ///         If the target itself moves in the direction of o (a relocated tool springs back to its handle), o is reduced
 ///         by the same amount. When a jump is reversed, this prevents a force in the opposite direction.
-///         Bounds: after a jump Δ from rest, o falls monotonically, by at most |Δ| ω T / e in a period T. This is 3 %
-///         of Δ for the default ω and T = 1 ms. 10 % of Δ is left after 3.9 / ω = 49 ms, 1 % after 6.6 / ω = 83 ms. The
-///         offsets of several jumps add up.
+///         Bounds: after a jump Δ from rest, |o| falls monotonically, by at most |Δ| ω T / e in a period T (e = 2.718).
+///         This is 3 % of Δ for the default ω and T = 1 ms. 10 % of Δ is left after 3.9 / ω = 49 ms, and 1 % after
+///         6.6 / ω = 83 ms. The offsets of several jumps add up.
 /// Thread  haptic: no allocation, no throw
 class ForceBlend {
  public:

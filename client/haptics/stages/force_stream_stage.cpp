@@ -18,9 +18,10 @@ constexpr Duration kMaxSampleAge = std::chrono::seconds(1);
 
 /// Returns the time of the server's step `update.stepped` on this machine's clock.
 ///
-/// The result is clamped, because a wrench cannot be newer than the reception of its datagram. Before the first
-/// exchange of time stamps, or after an erroneous one, the estimated clock offset may be wrong by years. A sample with
-/// a time in the future would make the stream reject all later samples.
+/// The result is clamped to the time of reception, because a wrench cannot be newer than the datagram that contains it.
+/// The clamp is needed because the estimated clock offset may be wrong by years before the first exchange of time
+/// stamps, or after an erroneous one. A sample with a time in the future would make the stream reject all later
+/// samples.
 LocalTime stepped_at(const ReceivedUpdate& received) {
   const LocalTime by_server(received.update.stepped.time_since_epoch() - received.clock_offset);
   return std::clamp(by_server, received.received - kMaxSampleAge, received.received);

@@ -15,8 +15,8 @@ class GodObjectStage final : public Stage {
         input.proxy_world->step(input.handle.X.p, *input.newest, input.now, input.scene->absent_bodies);
     Wrench wrench;
     wrench.f = haptics::proxy_force_on_hand_W(ball, *input.coupling, input.handle.V.v);
-    // The first force of the ball is blended in. If assets arrive late, the hand may already be deep inside a wall, so
-    // this force may be large.
+    // The first force of the ball is blended in, because it may be large: if assets arrive late, the hand may already
+    // be deep inside a wall.
     blend_.advance(input.period_s);
     if (!has_ball_) blend_.jump();
     has_ball_ = true;

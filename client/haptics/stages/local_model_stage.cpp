@@ -29,15 +29,15 @@ LocalModelInput model_input(const StageInput& input) {
 /// Predictor of the residual (server wrench minus local wrench), weighted by the accuracy of its recent predictions.
 ///
 /// Model   r̂(t) = g r̄(t)
-///         r   residual; the newest known one is one loop delay old
+///         r   residual; the newest known value is one loop delay old
 ///         r̄   r after a low-pass filter, whose time constant ("lag of r̄") is kTime_s plus the loop delay
-///         g   gain 0 … kMaxShare, separate for force and torque: regression coefficient of r on the r̄ of one loop
-///             delay earlier, over kMemory_s, regularised towards 0 (kForceWorth, kTorqueWorth). So persistent errors
-///             (a wrong mass, a soft body) are compensated, and unpredictable errors are not displayed
-///         D   duration of the residual: (Σ r²)² / Σ r⁴ over kLastingMemory_s
-///         If another user is present but has no hand on the same body, g is multiplied by a factor. It rises from 0 to 1
-///         as D rises from kFirst to kAll times the lag of r̄. Without this factor, a single unpredicted motion of that
-///         user's hand would count as a persistent error until it stops.
+///         g   gain 0 … kMaxShare, separate for force and torque. It is the regression coefficient of r on the r̄ of
+///             one loop delay earlier, over kMemory_s, regularised towards 0 (kForceWorth, kTorqueWorth). So persistent
+///             errors (a wrong mass, a soft body) are compensated, and unpredictable errors are not displayed
+///         D   duration for which the residual lasts: (Σ r²)² / Σ r⁴ over kLastingMemory_s
+///         If other users are present but none has a hand on the same body, g is multiplied by a factor. The factor
+///         rises from 0 to 1 as D rises from kFirst to kAll times the lag of r̄. Without this factor, a single
+///         unpredicted motion of another user's hand would count as a persistent error until the motion stops.
 /// Source  direct autoregression of order one over the loop; D is a participation ratio; the constants are our choice
 class ScoredResidual {
  public:
@@ -53,7 +53,7 @@ class ScoredResidual {
   static constexpr double kFirst = 3, kAll = 6;
   static constexpr std::size_t kKept = 512;
   /// Regularisation of the gain [N² s, (N m)² s], added to its denominator Σ r̄². It halves the gain for a residual of
-  /// 0.05 N or 2 mN m that has lasted for 0.3 s.
+  /// 0.05 N or 2 mN m that has lasted for 0.3 s. Our choice.
   static constexpr double kForceWorth = 0.05 * 0.05 * 0.3;
   static constexpr double kTorqueWorth = 0.002 * 0.002 * 0.3;
 
@@ -61,7 +61,8 @@ class ScoredResidual {
   class Share {
    public:
     explicit Share(double worth) : worth_(worth) {}
-    /// In      then  r̄ one loop delay ago; null if it is not known
+    /// In      known  newest known residual r
+    ///         then   r̄ of one loop delay earlier; null if it is not known
     void learn(const Vec3& known, const Vec3* then, double period_s) noexcept;
     double of_lag(double lag_s, double common_share) const noexcept;
 
@@ -130,12 +131,12 @@ class LocalModelStage final : public Stage {
   std::uint64_t samples() const noexcept { return residual_ != nullptr ? residual_->figures().resampled : 0; }
   Wrench predicted_residual(const StageInput& input) noexcept;
 
-  std::unique_ptr<haptics::ForceStream> residual_;  ///< predictor; null for "none" and "scored"
+  std::unique_ptr<haptics::ForceStream> residual_;  ///< predictor of the residual; null for "none" and "scored"
   bool is_scored_;
   ScoredResidual scored_;
   ForceBlend blend_;
   bool was_local_ = false;
-  bool has_shown_ = false;  ///< whether an output was displayed; HapticCore blends in the first output
+  bool has_shown_ = false;  ///< true: an output was displayed before; HapticCore blends in the first output
 };
 
 StageOutput LocalModelStage::tick(const StageInput& input) noexcept {

@@ -1,6 +1,6 @@
 // Stage: the exchangeable part of the haptic path that computes the wrench on the hand from the handle and the received
-// state. The lab compares stages under the same names as on the command line, with and without passivity controller.
-// Stages that have a residual are also compared with each predictor.
+// state. The lab compares the stages, with and without passivity controller, under the names of the command line.
+// Stages with a residual are also compared with each predictor.
 //
 //   handle, newest server state ──▶ stage ──▶ passivity controller ──▶ safety ──▶ device
 //                                    │ ▲
@@ -27,7 +27,7 @@ class ProxyWorld;
 /// Name of the predictor that weights the residual by the accuracy of its recent predictions.
 inline constexpr std::string_view kScoredPredictor = "scored";
 
-/// Maximum number of samples that a stage processes in one tick. It holds for any time stamps received from the server.
+/// Maximum number of samples that a stage processes in one tick, whatever time stamps are received from the server.
 inline constexpr std::uint64_t kMaxStageSamples = 512;
 
 /// Selects a stage and its parts. The names are the same on the command line, in experiment files and in reports.
@@ -35,7 +35,7 @@ struct StageSettings {
   std::string name = "local-model";  ///< name of the stage, one of stage_names()
   /// Predictor of the residual, one of predictor_names(); "none" also disables the prediction of other users' hands
   std::string predictor = "scored";
-  bool passivity = true;          ///< whether a passivity controller follows the stage
+  bool passivity = true;          ///< true: the passivity controller follows the stage
   haptics::WaveImpedance wave{};  ///< wave impedance of the stage "wave"
 };
 
@@ -47,10 +47,10 @@ struct StageInput {
   RigidState handle;                               ///< pose and twist of the handle (X_WH, V_WH) in this tick
   std::uint32_t buttons = 0;                       ///< pressed buttons, as bits of Button
   const ReceivedUpdate* newest = nullptr;          ///< newest server state; null before the first state
-  bool is_new = false;                             ///< true: `newest` arrived after the previous tick
+  bool is_new = false;                             ///< true: `newest` was received after the previous tick
   Duration age{0};                                 ///< age of `newest`: time since reception plus its age when sent
   const haptics::CouplingLaw* coupling = nullptr;  ///< the scene's coupling law; never null
-  const haptics::CouplingParameters* parameters = nullptr;  ///< coefficients bounded for the device; never null
+  const haptics::CouplingParameters* parameters = nullptr;  ///< coefficients, bounded for the device; never null
   const HapticScene* scene = nullptr;                       ///< current scene, with the coupling bounds of this device
   LocalModel* local_model = nullptr;                        ///< null if the current scene has no local model
   /// ball of stage "god-object" and its obstacles; null if there are none
@@ -61,7 +61,7 @@ struct StageInput {
 /// Outputs of a stage at one tick, all in the world frame W.
 struct StageOutput {
   Wrench wrench_on_hand_W;  ///< wrench on the hand, about the handle's origin
-  /// Kind of the data that is sent to the server in addition to the handle.
+  /// Method of bridging the network delay. It determines the fields that the update to the server contains.
   proto::ClientMode mode = proto::ClientMode::kHandle;
   RigidState tool;         ///< tool of the local model, or ball of stage "god-object"; not sent
   Wrench wave;             ///< running integral of the wave for kWave (common/haptics/wave/wave_port.hpp)
@@ -73,8 +73,8 @@ struct StageOutput {
   bool is_predicting = false;     ///< true: the wrench contains a predicted part
   bool has_watched_body = false;
   RigidState watched_body;  ///< state of the watched body in the local model
-  /// Total net energy that local bodies and fields have supplied to the coupling [J]. The passivity controller adds its
-  /// increase to the energy that the hand may receive, like energy supplied by the server's world.
+  /// Net energy that local bodies and fields have supplied to the coupling since the start [J]. The passivity
+  /// controller adds each increase to the energy that the hand may receive, like energy supplied by the server's world.
   double energy_from_local_j = 0;
   /// Number of samples that a force stream appended in this tick; at most kMaxStageSamples.
   std::uint64_t samples = 0;
@@ -105,7 +105,7 @@ class Stage {
 std::unique_ptr<Stage> make_stage(const StageSettings& settings);
 /// Fails   std::invalid_argument: unknown stage or predictor (the message lists the existing ones), unusable impedance
 std::unique_ptr<Stage> require_stage(const StageSettings& settings);
-/// Returns whether the stage needs a local model, which Client then builds.
+/// Returns true if the stage needs a local model. Client builds the model for such a stage.
 bool needs_local_model(std::string_view stage);
 /// Returns whether the stage renders the contact of a ball instead of the tool. Such a stage cannot render every scene
 /// (proxy_problem()).

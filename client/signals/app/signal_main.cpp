@@ -1,4 +1,5 @@
-// The program tandem-signal, which sends numbers by name to the game of a room: from standard input, or generated.
+// The program tandem-signal. It sends named numbers (signals) to the game of a room. The numbers are read from standard
+// input, or generated.
 #include <poll.h>
 #include <unistd.h>
 
@@ -23,7 +24,7 @@ namespace {
 using namespace tandem;
 
 constexpr int kFailed = 1, kSetupError = 2;
-/// Longest time after which a wait checks whether the program must end.
+/// Maximum time between two checks, during a wait, whether the program must end.
 constexpr std::chrono::milliseconds kSlice{200};
 
 struct Options {
@@ -72,7 +73,7 @@ void stop_on_signals() {
   }
 }
 
-/// Returns a problem if the game of the room has no signal of this name.
+/// Returns a text for the user if the game of the room has no signal of this name; otherwise empty.
 std::string unknown_name(const client::SignalConnection& connection, const std::string& name) {
   const std::vector<std::string> names = connection.status().names;
   if (std::ranges::find(names, name) != names.end()) return {};
@@ -81,7 +82,7 @@ std::string unknown_name(const client::SignalConnection& connection, const std::
   return "the game of the room has no signal '" + name + "'; it has " + listed;
 }
 
-/// Returns whether the program is not stopped and its session has not ended.
+/// Returns true until the program is stopped or its session has ended.
 bool continues(const client::SignalConnection& connection) {
   return !is_stopped && connection.status().session.state != client::SessionState::kEnded;
 }
@@ -92,7 +93,8 @@ class LineReader {
   LineReader(int descriptor, const client::SignalConnection& connection)
       : descriptor_(descriptor), connection_(connection) {}
 
-  /// Returns the next line, cut to kMaxSignalLineBytes + 1 bytes; none at the end.
+  /// Returns the next line; nothing at the end of the input. A line that is too long is cut to kMaxSignalLineBytes + 1
+  /// bytes, so that the parser refuses it.
   std::optional<std::string> next() {
     for (;;) {
       const auto end = std::ranges::find(pending_, '\n');
@@ -129,7 +131,7 @@ class LineReader {
   bool has_ended_ = false;
 };
 
-/// Sends the lines of standard input. Returns whether all of them were valid.
+/// Sends the signals that are read from standard input, one a line. Returns true if all lines were valid.
 bool send_lines(client::SignalConnection& connection) {
   LineReader reader(STDIN_FILENO, connection);
   bool are_valid = true;

@@ -22,7 +22,7 @@ struct SignalOptions {
 };
 
 void add_signal_options(CLI::App& app, SignalOptions& options);
-/// Fails   std::invalid_argument: one line that names the option and the remedy
+/// Fails   std::invalid_argument if an option is invalid; the message is one line that names the option and the remedy
 SignalConnectionSettings connection_of(const SignalOptions& options);
 
 }  // namespace tandem::client

@@ -4,7 +4,8 @@ namespace tandem::client {
 namespace {
 
 constexpr std::string_view kComparedStage = "hold";
-/// Largest step of the tool between two frames that counts as motion of the hand. A larger one is a changed scene.
+/// Largest motion of the tool between two frames that counts as motion of the hand. A larger motion is caused by a
+/// change of the scene.
 constexpr double kMaxStep_m = 0.2;
 
 GuideStep next_of(GuideStep step) {
@@ -15,7 +16,8 @@ GuideStep previous_of(GuideStep step) {
   return step == GuideStep::kTouch ? step : static_cast<GuideStep>(static_cast<int>(step) - 1);
 }
 
-/// Returns whether `is_so` has held for `span`. `since` is the time from which it holds.
+/// Returns true if `is_so` has been true for the time `span` up to now. `since` stores the time at which it became
+/// true.
 bool has_lasted(bool is_so, Duration span, LocalTime now, std::optional<LocalTime>& since) {
   if (!is_so) {
     since.reset();
@@ -66,7 +68,7 @@ void Guide::measure(const GuideState& state) {
   has_state_ = true;
 }
 
-/// Returns whether the user can do this step in the last state.
+/// Returns true if the user can do this step, according to the last state.
 bool Guide::is_possible(GuideStep step) const {
   switch (step) {
     case GuideStep::kLift:

@@ -13,7 +13,7 @@ constexpr float kMaxCardEm = 30;
 struct StepText {
   const char* title;
   const char* with_mouse;
-  const char* with_device;  ///< for the user of a haptic device
+  const char* with_device;  ///< text for users with a haptic device
 };
 
 /// Indexed by GuideStep.
@@ -43,7 +43,7 @@ float em() {
   return ImGui::GetFontSize();
 }
 
-/// Height of the tallest task, wrapped to this width.
+/// Returns the height of the tallest task text, wrapped to this width.
 float text_height(float width) {
   float height = 0;
   for (const StepText& text : kTexts) {
@@ -94,7 +94,7 @@ GuideAction draw_guide(const GuideCard& card, float free_width) {
   const ImVec4 place = guide_place(free_width);
   ImGui::SetNextWindowPos(ImVec2(place.x, place.y));
   ImGui::SetNextWindowSize(ImVec2(place.z - place.x, place.w - place.y));
-  // A card that takes the focus would close an open menu.
+  // The card must not take the focus when it appears, because this would close an open menu.
   ImGui::Begin("##guide", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
   const std::string title = card.is_in_scene ? guide_title(card.step) : "Guided first minute";

@@ -9,7 +9,7 @@
 namespace tandem::client {
 namespace {
 
-/// Above the largest van der Waals radius.
+/// Upper limit of the van der Waals radii, for the search.
 constexpr double kMaxRadiusAngstrom = 3.5;
 
 /// Finds the nearest ball on a ray. All lengths are in Å, in the frame of the molecule.
@@ -52,7 +52,7 @@ std::optional<AtomPlace> first_atom(const DrawnScene& scene, std::span<const Pos
   Vec3 begin_W = from_W;
   if (const double depth_m = cut_W ? cut_W->signedDistance(from_W) : 0; depth_m < 0) {
     const double rate = cut_W->normal().dot(along_W);
-    if (rate <= 0) return found;  // the whole ray is cut away
+    if (rate <= 0) return found;  // the whole ray is on the side of the plane that is not drawn
     begin_W -= depth_m / rate * along_W;
   }
   double nearest = std::numeric_limits<double>::infinity();

@@ -6,7 +6,8 @@
 namespace tandem::client {
 namespace {
 
-/// Identifies the molecules of a scene: their assets, in the order of the bodies. After a rejoin it is the same.
+/// Returns a text that identifies the molecules of a scene: their assets in the order of the bodies. It does not change
+/// when the user rejoins the same room.
 std::string molecules_of(const wire::Scene& scene) {
   std::string text;
   for (const wire::Body& body : scene.bodies()) {
@@ -34,13 +35,14 @@ void MoleculeMouse::follow(const MoleculeFrame& frame) {
   if (frame.is_click) {
     click(frame);
   } else if (frame.is_free) {
-    ignores_click_ = false;  // the second click was a drag
+    ignores_click_ = false;  // the mouse was moved during the second press, so no click follows
   }
   distance_ = selection_.distance(frame.scene, frame.X_WB, frame.metres_per_angstrom);
 }
 
 void MoleculeMouse::click(const MoleculeFrame& frame) {
-  // In a slow frame both presses may be received before the releases.
+  // In a slow frame, both presses of a double click may be received before the first release. The second click is then
+  // recognised by its time.
   const bool is_of_double_click = doubled_at_ && frame.now - *doubled_at_ < kDoubleClick;
   if (std::exchange(ignores_click_, false) || is_of_double_click || !under_mouse_) return;
   before_click_ = selection_;

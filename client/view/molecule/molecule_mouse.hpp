@@ -1,4 +1,5 @@
-// The mouse over molecules: the atom under it, clicks, and the texts about them.
+// Handles the mouse over molecules: finds the atom under the mouse, selects by clicks, and provides texts for the
+// panel.
 #pragma once
 
 #include <memory>
@@ -11,38 +12,39 @@
 
 namespace tandem::client {
 
-/// What the panel shows about atoms and residues.
+/// Content of the panel about atoms and residues.
 struct MoleculeContent {
-  ResidueSelection* selection = nullptr;  ///< null: the scene has no molecules
+  ResidueSelection* selection = nullptr;  ///< the user's selection; null: the scene has no molecules
   const DrawnScene* scene = nullptr;
-  std::string* problem = nullptr;  ///< why the last typed range was not selected
-  std::string under_mouse{};       ///< "": nothing
-  std::string distance{};          ///< distance of the two picked atoms; "": there are not two
+  std::string* problem = nullptr;  ///< reason why the range that was typed last was not selected
+  std::string under_mouse{};       ///< name of the atom under the mouse; "": no atom
+  std::string distance{};          ///< distance of the two picked atoms; "": fewer than two are picked
 };
 
-/// Bodies of a frame, and the ray of the mouse.
+/// Input of one frame: bodies, ray of the mouse and clicks.
 struct MoleculeFrame {
   const DrawnScene& scene;
   std::span<const Pose> X_WB;
   double metres_per_angstrom = 1;
   Vec3 from_W = Vec3::Zero(), along_W = Vec3::UnitX();
-  bool is_free = false;   ///< the mouse is over the scene and holds nothing
-  bool is_click = false;  ///< the left button was pressed and released without motion
-  /// The second press of a double click, which grabs. Neither of its clicks selects: the first one is taken back.
+  bool is_free = false;   ///< true: the mouse is over the scene and drags nothing
+  bool is_click = false;  ///< true: the left button was pressed and released without motion
+  /// True: second press of a double click, which grabs a body. A double click selects nothing; the selection by its
+  /// first click is undone.
   bool is_double_click = false;
   LocalTime now{};
   std::optional<Eigen::Hyperplane<double, 3>> cut_W{};  ///< cutting plane, see first_atom()
 };
 
-/// Thread  the window's
+/// Thread  the one that runs the window
 class MoleculeMouse {
  public:
   /// Evaluates a frame of a scene with molecules.
   void follow(const MoleculeFrame& frame);
   /// Removes the selection.
   void clear();
-  /// Removes the selection if it belongs to other molecules.
-  /// In      joined  null: not joined, which changes nothing
+  /// Clears the selection if the joined scene has different molecules.
+  /// In      joined  null: not joined; the selection is kept
   void belong_to(const std::shared_ptr<const wire::Joined>& joined);
 
   const ResidueSelection& selection() const { return selection_; }
@@ -59,7 +61,7 @@ class MoleculeMouse {
   ResidueSelection selection_;
   ResidueSelection before_click_;          ///< selection before the last click
   std::optional<LocalTime> clicked_at_;    ///< time of the last click
-  bool ignores_click_ = false;             ///< true: the next click is the second one of a double click
+  bool ignores_click_ = false;             ///< true: the next click belongs to a double click and selects nothing
   std::optional<LocalTime> doubled_at_{};  ///< time of the last double click
   std::shared_ptr<const wire::Joined> joined_;
   std::optional<AtomPlace> under_mouse_;

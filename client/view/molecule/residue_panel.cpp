@@ -1,4 +1,5 @@
-// The part of the panels about atoms and residues: under the mouse, selected, their distance, and the legend of colours.
+// Section of the panels about atoms and residues: the atom under the mouse, the selection, the distance of two atoms,
+// and the legend of colours.
 #include <imgui.h>
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 namespace tandem::client {
 namespace {
 
-/// Draws a text in a place of two lines, so that a longer one never moves the controls below.
+/// Draws a text in an area of two lines, so that a change from one line to two moves no control below it.
 void draw_in_place(const std::string& text, const ImVec4& color) {
   const float top = ImGui::GetCursorPosY();
   ImGui::PushStyleColor(ImGuiCol_Text, color);
@@ -18,7 +19,7 @@ void draw_in_place(const std::string& text, const ImVec4& color) {
   ImGui::SetCursorPosY(std::max(ImGui::GetCursorPosY(), top + 2 * ImGui::GetTextLineHeightWithSpacing()));
 }
 
-/// Draws a coloured square with a text, beside the entry before it if there is room.
+/// Draws a coloured square with a text. The entry is drawn beside the previous entry if the line has enough space.
 void draw_entry(const LegendEntry& entry, bool is_first) {
   const float em = ImGui::GetFontSize(), width = 1.4F * em + ImGui::CalcTextSize(entry.text.c_str()).x;
   if (!is_first) {
@@ -49,7 +50,7 @@ std::string sentence_of(const MoleculeContent& content) {
   return std::to_string(count) + (count == 1 ? " residue" : " residues") + " selected. Escape clears.";
 }
 
-/// Draws the field for a range, and what is selected.
+/// Draws the input field for a range of residues, and the current selection.
 void draw_selection(const MoleculeContent& content, WindowSwitches& switches) {
   const ImGuiStyle& style = ImGui::GetStyle();
   const char* const button = "select";

@@ -13,7 +13,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
-/// Takes a number with an optional sign from the front of the text.
+/// Removes a number with an optional sign from the start of the text, and returns it.
 std::optional<int> take_number(std::string_view& text) {
   int number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -27,7 +27,8 @@ bool is_word(std::string_view text) {
          std::ranges::all_of(text, [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; });
 }
 
-/// Parses "10", "10B", "10-25" or "-3-5" into the range.
+/// Parses the numbers of a range, such as "10", "10B", "10-25" or "-3-5". Returns false if the text has a different
+/// form.
 bool parse_numbers(std::string_view text, ResidueRange& range) {
   range.first = range.last = take_number(text);
   if (!range.first) return false;

@@ -13,14 +13,15 @@ bool has_residues(const docking::Molecule& molecule) {
          molecule.residue_names.size() == size && molecule.segments.size() == size;
 }
 
-/// A residue is the same as that of docking::residue_starts(), which costs O(atoms).
+/// Returns true if two atoms belong to the same residue. docking::residue_starts() would give the same result, but at
+/// the cost O(atoms).
 bool is_same_residue(const docking::Molecule& molecule, std::size_t a, std::size_t b) {
   return has_residues(molecule) && molecule.residue_ids[a] == molecule.residue_ids[b] &&
          molecule.residue_names[a] == molecule.residue_names[b] && molecule.chains[a] == molecule.chains[b] &&
          molecule.segments[a] == molecule.segments[b];
 }
 
-/// Chains of all molecules as text: "A, B".
+/// Returns the names of the chains of all molecules as text: "A, B".
 std::string chains_of(const DrawnScene& scene) {
   std::set<std::string> names;
   for (const DrawnBody& body : scene.bodies) {
@@ -85,7 +86,7 @@ std::string ResidueSelection::select(const DrawnScene& scene, std::string_view t
   }
   if (found.empty()) return "No residue is " + std::string(text) + ". The chains are " + chains_of(scene) + ".";
   residues_ = std::move(found);
-  picked_.clear();  // a distance between atoms that are not selected would be misleading
+  picked_.clear();  // the picked atoms may not be in the new selection
   return "";
 }
 

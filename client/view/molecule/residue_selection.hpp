@@ -1,4 +1,5 @@
-// Residues and atoms of molecules that the user has selected. They are seen by this user only. No display is needed.
+// Residues and atoms of molecules that this user has selected. Other users do not see the selection. No display is
+// needed.
 #pragma once
 
 #include <optional>
@@ -18,28 +19,29 @@ struct AtomDistance {
   double angstrom = 0;
 };
 
-/// Thread  the window's
+/// Thread  the one that runs the window
 class ResidueSelection {
  public:
   static constexpr std::size_t kMaxResidues = 10'000;
 
-  /// Clears the selection if it belongs to other molecules.
-  /// In      molecules  identifies the molecules of the scene; it is compared only
+  /// Clears the selection if it was made in different molecules.
+  /// In      molecules  text that identifies the molecules of the scene
   void belong_to(const std::string& molecules);
   void clear();
-  /// Selects the residue of an atom, and picks the atom for a distance. A second click on the atom takes both back.
+  /// Handles a click on an atom: selects the residue of the atom, and picks the atom for a distance. A second click on
+  /// the same atom undoes both.
   void click(const DrawnScene& scene, const AtomPlace& place);
-  /// Selects the residues of a text such as "A:10-25" instead of the selected ones, and picks no atom. Returns why
-  /// not, with the remedy; "" if it has.
+  /// Replaces the selection by the residues of a text such as "A:10-25", and picks no atom. Returns "" if this has
+  /// succeeded, otherwise the reason why not, with the remedy.
   std::string select(const DrawnScene& scene, std::string_view text);
 
-  /// First atom of each selected residue, at most kMaxResidues.
+  /// Returns the selected residues, each by its first atom; at most kMaxResidues.
   const std::set<AtomPlace>& residues() const { return residues_; }
-  /// The last two picked atoms, or fewer.
+  /// Returns the picked atoms: the last two on which the user has clicked, or fewer.
   const std::vector<AtomPlace>& picked() const { return picked_; }
   bool is_empty() const { return residues_.empty() && picked_.empty(); }
-  /// Distance between the two picked atoms; empty if there are not two.
-  /// In      X_WB  one for each body
+  /// Returns the distance between the two picked atoms; empty if fewer than two are picked.
+  /// In      X_WB  poses of the bodies, in their order in the scene
   std::optional<AtomDistance> distance(const DrawnScene& scene, std::span<const Pose> X_WB,
                                        double metres_per_angstrom) const;
 
@@ -49,9 +51,9 @@ class ResidueSelection {
   std::vector<AtomPlace> picked_;
 };
 
-/// Returns the first atom of the residue of an atom; the atom itself if the molecule has no residues.
+/// Returns the first atom of the residue to which an atom belongs; the atom itself if the molecule has no residues.
 std::size_t residue_start(const docking::Molecule& molecule, std::size_t atom);
-/// Returns the atom behind the last one of the residue that begins with `start`.
+/// Returns the index after the last atom of the residue that begins with `start`.
 std::size_t residue_end(const docking::Molecule& molecule, std::size_t start);
 
 }  // namespace tandem::client

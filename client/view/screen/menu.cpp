@@ -29,7 +29,8 @@ void draw_invitations(const std::vector<std::string>& invitations, bool& is_open
       ImGui::PushID(static_cast<int>(i));
       if (ImGui::Button("Copy")) ImGui::SetClipboardText(invitations[i].c_str());
       ImGui::SameLine();
-      // The field cannot be changed; it scrolls, because an invitation is longer than the window.
+      // The text cannot be changed. It is in an input field, because the field scrolls and an invitation is longer than
+      // the window.
       std::string text = invitations[i];
       ImGui::SetNextItemWidth(-1);
       ImGui::InputText("##invitation", text.data(), text.size() + 1, ImGuiInputTextFlags_ReadOnly);

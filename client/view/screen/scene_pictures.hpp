@@ -14,7 +14,7 @@ namespace tandem::client {
 /// Thread  the thread whose OpenGL context is current; this includes the destruction
 class ScenePictures {
  public:
-  /// In      folder  contains a file NAME.png for each picture
+  /// In      folder  folder with the pictures, each in a file NAME.png
   explicit ScenePictures(std::filesystem::path folder) : folder_(std::move(folder)) {}
   ~ScenePictures();
   ScenePictures(const ScenePictures&) = delete;

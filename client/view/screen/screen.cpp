@@ -23,8 +23,8 @@ namespace {
 
 constexpr Duration kFramePeriod = std::chrono::microseconds(16'667);
 constexpr Duration kSoftwareFramePeriod = std::chrono::microseconds(33'333);
-/// Longest pause after a frame that was rendered on the processor. The haptic loop and a local server need the same
-/// processors.
+/// Longest pause after a frame that was rendered on the processor. Pauses are needed because the haptic loop and a
+/// local server use the same processors.
 constexpr Duration kMaxPause = std::chrono::milliseconds(80);
 constexpr Duration kDoubleClick = std::chrono::milliseconds(500);
 constexpr double kDoubleClickPixels = 8;
@@ -60,9 +60,9 @@ bool is_software(const std::string& driver) {
   return driver.find("llvmpipe") != std::string::npos || driver.find("softpipe") != std::string::npos;
 }
 
-/// Opens the window and selects its render quality. The number of samples per pixel is fixed when a window is opened,
-/// but the driver is known only afterwards. So the window is first opened with one sample. If the driver is not a
-/// software renderer, it is closed and opened again with four samples.
+/// Opens the window and selects the render quality. The number of samples per pixel must be chosen before a window is
+/// opened, but the driver is known only afterwards. So the window is first opened with one sample per pixel. If the
+/// driver is not a software renderer, the window is closed and opened again with four samples.
 std::pair<GLFWwindow*, RenderQuality> open_window(const ScreenSettings& settings) {
   if (glfwInit() == GLFW_FALSE) {
     throw std::runtime_error("no window can be opened: no display (" + glfw_problem() + "); add --headless");
@@ -79,7 +79,8 @@ std::pair<GLFWwindow*, RenderQuality> open_window(const ScreenSettings& settings
   return {window, is_fast ? RenderQuality::kFast : RenderQuality::kFull};
 }
 
-/// Limits the frame rate to one frame in each period. Without a graphics card, adds a pause after each frame.
+/// Limits the frame rate. Without a graphics card, also adds a pause after each frame. The pause is as long as the
+/// frame took, at most kMaxPause.
 class FramePacer {
  public:
   explicit FramePacer(RenderQuality quality) : is_fast_(quality == RenderQuality::kFast) {}
@@ -97,8 +98,8 @@ class FramePacer {
   LocalTime begun_{};
 };
 
-/// Detects double clicks by the times of the click events. Counting clicks per frame would fail at a low frame rate,
-/// because both clicks may occur within one frame.
+/// Detects double clicks by the times of the click events. Counting the clicks of each frame would fail at a low frame
+/// rate, because both clicks may occur within one frame.
 class DoubleClick {
  public:
   /// Adds a click at a position in pixels.
@@ -133,14 +134,14 @@ struct Screen::Impl {
   GLFWwindow* window = opened.first;
   SteadyClock clock;
   FramePacer pacer{opened.second};
-  int width = 0;  ///< size of the frame's buffer
+  int width = 0;  ///< width of the frame buffer [pixels]
   int height = 0;
   std::filesystem::path picture;  ///< file in which the next frame is saved; empty: not saved
   bool is_scene_only = false;     ///< true: the saved picture contains no texts and panels
-  std::vector<int> keys;          ///< keys that were pressed since the last call of take_keys()
+  std::vector<int> keys;          ///< keys that were pressed since the last call of take_keys(), see there
   DoubleClick double_click;
   std::vector<std::filesystem::path> dropped;
-  std::array<int, 4> windowed{};  ///< position and size of the window before it became full screen
+  std::array<int, 4> windowed{};  ///< position and size that the window had before it became full screen
 };
 
 Screen::Impl::Impl(const ScreenSettings& settings) : opened(open_window(settings)) {

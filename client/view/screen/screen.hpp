@@ -1,5 +1,6 @@
-// The window of the operating system, with GLFW, OpenGL and Dear ImGui. It limits the frame rate and collects the input
-// since the last frame. The start screen and the session use the same window, so that it keeps its position and size.
+// The window of the operating system, with GLFW, OpenGL and Dear ImGui. It limits the frame rate and collects the
+// user's input between two frames. The start screen and the session use the same window, so its position and size do
+// not change.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,15 +27,16 @@ struct ScreenSettings {
 /// Thread  main thread, which must also construct it
 class Screen {
  public:
-  /// Fails   std::runtime_error: there is no display or no OpenGL 3.3, or the program was built without a window; the
-  ///         message names the remedy
+  /// Fails   std::runtime_error if there is no display or no OpenGL 3.3, or if the program was built without a window;
+  ///         the message names the remedy
   explicit Screen(const ScreenSettings& settings);
   ~Screen();
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
-  /// Waits until the next frame is due: at most 60 frames a second. Without a graphics card at most 30, with a pause
-  /// after each frame that is as long as the frame took, up to 80 ms. Receives input and begins a frame of Dear ImGui.
+  /// Waits until the next frame is due, receives input, and begins a frame of Dear ImGui. The frame rate is at most
+  /// 60 Hz. Without a graphics card it is at most 30 Hz, and each frame is followed by a pause that is as long as the
+  /// frame took, up to 80 ms.
   void begin_frame();
   /// Draws the panels of Dear ImGui, saves a requested picture, and displays the frame.
   void end_frame();
@@ -58,7 +60,8 @@ class Screen {
   void toggle_full_screen();
   /// Requests that the next frame is also written to a PNG file. If writing fails, end_frame() throws
   /// std::runtime_error.
-  /// In      is_scene_only  true: only the part that was drawn by OpenGL before end_frame(), without texts and panels
+  /// In      is_scene_only  true: the file shows only what OpenGL has drawn before end_frame(), without texts and
+  ///         panels
   void save_next_frame(const std::filesystem::path& file, bool is_scene_only);
 
  private:

@@ -12,8 +12,8 @@ struct FaultSentence {
   haptics::SafetyFault fault;
   const char* sentence;
 };
-/// Sentences for safety faults, in the order of importance. Faults that are not listed end by themselves within half a
-/// second.
+/// Sentences for the faults of the safety chain, the most important fault first. All other faults need no sentence,
+/// because they end by themselves within half a second.
 constexpr std::array kFaults{
     FaultSentence{haptics::kSafetyInvalidSample,
                   "No force: the device does not report where it is. Check its cable and its calibration."},

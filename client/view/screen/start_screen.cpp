@@ -219,7 +219,7 @@ void draw_guide_button(StartForm& form) {
 /// Draws a part of the page in a region that scrolls separately.
 template <class Draw>
 void draw_in_child(const char* name, const Draw& draw, float width = 0) {
-  // The padding keeps letters that extend to the left of their origin, such as J, within the clip rectangle.
+  // Without padding, the clip rectangle would cut letters that extend to the left of their origin, such as J.
   ImGui::BeginChild(name, ImVec2(width, 0), false, ImGuiWindowFlags_AlwaysUseWindowPadding);
   draw();
   ImGui::EndChild();
@@ -282,7 +282,7 @@ StartScreen::StartScreen(Screen& screen, StartForm& form)
     : screen_(screen), form_(form), pictures_(std::make_unique<ScenePictures>(data_folder() / "pictures")) {
   screen_.set_title("tandem: start");
   form_.guide = remembered_switches(window_memory_file()).guide;
-  screen_.take_dropped();  // discards files that were dropped during a session, which has no use for them
+  screen_.take_dropped();  // discards files that were dropped during a session
 }
 
 StartScreen::~StartScreen() = default;
@@ -292,7 +292,8 @@ void StartScreen::draw(StartFlow& flow) {
   screen_.take_keys();
   screen_.pop_double_click();
   for (const std::filesystem::path& file : screen_.take_dropped()) {
-    // A dropped file replaces only its own field. The text that the user has typed into the other fields is kept.
+    // A dropped file replaces only its own field. The form may be older than the text that the user has typed into the
+    // other fields, so this text is copied to the form first.
     StartChoice& choice = flow.form();
     choice.mesh = form_.file.data();
     choice.receptor = form_.receptor.data();

@@ -19,11 +19,11 @@ struct StartForm {
   std::array<char, 65> name{};  ///< the user's name
   std::array<char, 1025> file{}, receptor{}, ligand{};
   std::array<char, 2049> address{};
-  std::vector<std::string> devices;  ///< lines about the devices found
+  std::vector<std::string> devices;  ///< one line of text for each device that was found
   std::string about;                 ///< line at the end of the page
   GuideProgress guide{};             ///< progress in the guide, from the user's earlier runs
   bool wants_guide = false;          ///< true: the user has requested the guided first minute
-  bool begins_guide = false;         ///< true: the choice that is being opened is the scene of the guide
+  bool begins_guide = false;         ///< true: the guide begins when the scene that is being opened is shown
 };
 
 /// Draws the start screen in the current ImGui context, and passes the user's choice to the flow.

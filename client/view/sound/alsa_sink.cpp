@@ -1,5 +1,5 @@
-// See alsa_sink.hpp. The declarations are written for this project from the documentation of alsa-lib 1.2, "PCM (digital
-// audio) interface" (alsa-project.org).
+// See alsa_sink.hpp. The header of alsa-lib is not needed: the declarations below follow the documentation of alsa-lib
+// 1.2, "PCM (digital audio) interface" (alsa-project.org).
 #include "client/view/sound/alsa_sink.hpp"
 
 #include <algorithm>
@@ -65,7 +65,7 @@ bool AlsaSink::open() {
   try {
     if (!alsa_) alsa_.emplace();
   } catch (const std::exception&) {
-    return false;  // a machine without the library has no sound
+    return false;  // without the library, there is no sound
   }
   if (alsa_->open(&pcm_, "default", kPlayback, kNonBlocking) < 0) {
     pcm_ = nullptr;
@@ -76,7 +76,8 @@ bool AlsaSink::open() {
   return false;
 }
 
-// An underrun is the usual end of a sound: the next one recovers from it.
+// Writes samples. An underrun (EPIPE) is normal at the end of a sound, so the device recovers from it at the next
+// write.
 std::ptrdiff_t AlsaSink::write(std::span<const std::int16_t> samples) {
   const long written = alsa_->write(pcm_, samples.data(), samples.size());
   if (written >= 0 || written == -EAGAIN) return std::max(written, 0L);

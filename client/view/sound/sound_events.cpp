@@ -7,7 +7,7 @@
 namespace tandem::client {
 namespace {
 
-/// Loudness of a contact without a force, and its rise with the force.
+/// Gain of the sound of a contact: value at zero force, and increase per newton.
 constexpr double kSoft = 0.35, kLouder_per_n = 0.15;
 
 std::optional<Sound> sound_of(wire::GameEvent::Kind kind) {
@@ -43,7 +43,7 @@ void SoundEvents::add_contact(const SoundState& state, LocalTime now, SoundCues&
   cues.push_back({Sound::kContact, std::min(1.0, kSoft + kLouder_per_n * state.force_n)});
 }
 
-/// Updates the touch and the mean force. Returns whether a contact begins.
+/// Updates the stored time of touch and the mean force. Returns true if a new contact begins.
 bool SoundEvents::is_new_contact(const SoundState& state, LocalTime now) {
   const double share = has_state_ ? 1 - std::exp(-std::max(0.0, to_seconds(now - last_)) / kForceMean_s) : 1;
   const double rise_n = state.force_n - mean_force_n_;
@@ -60,13 +60,13 @@ void SoundEvents::add_grasp(const SoundState& state, SoundCues& cues) {
   cues.push_back({held_body_.is_valid() ? Sound::kGrasp : Sound::kRelease, 0.7});
 }
 
-/// Adds one sound for all events since the last frame: that of the last one that has a sound.
+/// Adds at most one sound for the events of the game since the last frame: that of the last event that has a sound.
 void SoundEvents::add_game(const SoundState& state, SoundCues& cues) {
   if (state.game == nullptr) return game_step_.reset();
   const auto& events = state.game->events;
   const std::optional<std::uint64_t> before =
       std::exchange(game_step_, events.empty() ? 0 : std::uint64_t{events.back().step()});
-  if (!before) return;  // events before the user has joined
+  if (!before) return;  // these events occurred before the user joined
   std::optional<Sound> sound;
   for (const wire::GameEvent& event : events) {
     const std::optional<Sound> of_event = sound_of(event.kind());

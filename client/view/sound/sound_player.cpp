@@ -13,12 +13,13 @@
 namespace tandem::client {
 namespace {
 
-/// Wait for room in the device's buffer.
+/// Period of checking whether the device's buffer has space again.
 constexpr Duration kPoll{std::chrono::milliseconds(5)};
-/// Time without progress after which the device counts as stuck.
+/// Time after which a device that accepts no samples counts as failed.
 constexpr Duration kStuck{std::chrono::milliseconds(500)};
-/// Silence after a sound, so that the device starts even if the sound is shorter than its buffer. It is written in
-/// pieces, and only while no sound is queued, because it would delay the next sound.
+/// Length of the silence that is written after a sound. It makes a device start even if the sound is shorter than the
+/// device's buffer. The silence is written in pieces, and only while no sound is queued, so that it does not delay the
+/// next sound.
 constexpr std::size_t kTail = static_cast<std::size_t>(0.1 * kSampleRate_hz);
 constexpr std::size_t kTailPiece = kTail / 20;
 
@@ -30,7 +31,7 @@ struct Queued {
 
 }  // namespace
 
-/// State of the player, which the thread owns too.
+/// State of the player. The player and its thread share it, because the thread may outlive the player.
 struct SoundPlayer::Shared {
   explicit Shared(std::unique_ptr<SoundSink> by) : sink(std::move(by)) {}
 
@@ -42,7 +43,7 @@ struct SoundPlayer::Shared {
   std::unique_ptr<SoundSink> sink;
   SteadyClock clock;
   realtime::Ring<Queued> queue{kMaxQueued};
-  std::counting_semaphore<kMaxQueued + 1> work{0};  ///< one for each queued sound, and one for the end
+  std::counting_semaphore<kMaxQueued + 1> work{0};  ///< counts the queued sounds, plus one for the end
   std::atomic<bool> is_ending{false};
   std::atomic<bool> has_no_device{false};
   bool is_open = false;
@@ -62,7 +63,7 @@ SoundPlayer::~SoundPlayer() {
   if (end.wait_for(kMaxEnd) == std::future_status::ready) {
     shared_->thread.join();
   } else {
-    shared_->thread.detach();  // the thread keeps its state
+    shared_->thread.detach();  // the thread may still use the shared state, which it keeps alive
   }
 }
 
@@ -100,7 +101,7 @@ void SoundPlayer::Shared::play(const Queued& queued) {
   write_or_close(samples_of(queued.sound, queued.gain));
 }
 
-/// Writes all samples. Closes the device if it is lost or stuck.
+/// Writes all samples. If the device is lost or accepts none, closes the device.
 void SoundPlayer::Shared::write_or_close(std::span<const std::int16_t> samples) {
   if (write(samples)) return;
   sink->close();
@@ -108,7 +109,7 @@ void SoundPlayer::Shared::write_or_close(std::span<const std::int16_t> samples) 
   tail = 0;
 }
 
-/// Writes all samples. Returns false if the device is lost or stuck.
+/// Writes all samples. Returns false if the device is lost, or has accepted no samples for kStuck.
 bool SoundPlayer::Shared::write(std::span<const std::int16_t> samples) {
   LocalTime progress_at = clock.now();
   while (!samples.empty() && !is_ending) {

@@ -1,4 +1,4 @@
-// Plays short sounds in a thread of its own, which no other thread waits for.
+// Plays short sounds on a thread of its own. No other thread waits for this thread.
 #pragma once
 
 #include <cstdint>
@@ -12,28 +12,29 @@ namespace tandem::client {
 
 /// Output for samples: one channel at kSampleRate_hz.
 ///
-/// Thread  the player's
+/// Thread  the player's own thread
 class SoundSink {
  public:
   virtual ~SoundSink() = default;
-  /// Opens the device. Returns false if there is none; then the player plays nothing more.
+  /// Opens the device. Returns false if there is none; the player then remains silent.
   virtual bool open() = 0;
-  /// Writes the first samples that fit, without waiting for room. Returns their number, or a negative number if the
-  /// device is lost.
+  /// Writes as many of the samples as fit into the device's buffer, without blocking. Returns the number of written
+  /// samples, or a negative number if the device is lost.
   virtual std::ptrdiff_t write(std::span<const std::int16_t> samples) = 0;
   /// Releases the device for other programs, until the next open().
   virtual void close() = 0;
 };
 
-/// Thread  play(): one thread, which never waits; the sink is used by the player's thread only
+/// Thread  play(): one thread, which play() never blocks. The sink is used only by the player's own thread
 class SoundPlayer {
  public:
   static constexpr std::size_t kMaxQueued = 8;
-  /// Age at which a queued sound is discarded: a late contact would be misleading.
+  /// Age at which a queued sound is discarded, because a late sound of a contact would be misleading.
   static constexpr Duration kMaxAge{std::chrono::milliseconds(250)};
   /// Silence after which the device is released.
   static constexpr Duration kIdle{std::chrono::seconds(2)};
-  /// Longest wait for the thread at the end. A thread that a sound system holds longer is left behind.
+  /// Longest time for which the destructor waits for the thread. If a sound system blocks the thread longer, the thread
+  /// is detached.
   static constexpr Duration kMaxEnd{std::chrono::milliseconds(100)};
 
   explicit SoundPlayer(std::unique_ptr<SoundSink> sink);
@@ -42,7 +43,7 @@ class SoundPlayer {
   SoundPlayer& operator=(const SoundPlayer&) = delete;
 
   /// Queues a sound. Returns false if the queue is full or there is no device; the sound is then discarded.
-  /// In      at  time of the event, of SteadyClock
+  /// In      at  time of the event, by the clock SteadyClock
   bool play(Sound sound, double gain, LocalTime at);
 
  private:

@@ -13,10 +13,10 @@ struct Partial {
 };
 
 constexpr double kAttack_s = 0.001, kEnd_s = 0.005;
-constexpr double kPeak = 16'000;  ///< about half of the range
+constexpr double kPeak = 16'000;  ///< peak of a sound at full gain: about half of the range of a sample
 
-/// A contact is a knock with inharmonic partials, as of a struck block of wood. The others are two tones: rising for a
-/// grasp and a reached goal, falling for a release and a failure.
+/// The sound of a contact is a knock with inharmonic partials, like a struck block of wood. All other sounds consist of
+/// two tones: rising for a grasp and a reached goal, falling for a release and a failure.
 constexpr Partial kContact[] = {{190, 0.6, 0.018, 0}, {523, 0.3, 0.010, 0}, {1021, 0.1, 0.005, 0}};
 constexpr Partial kGrasp[] = {{392, 0.5, 0.025, 0}, {587, 0.5, 0.030, 0.045}};
 constexpr Partial kRelease[] = {{587, 0.5, 0.025, 0}, {392, 0.5, 0.030, 0.045}};

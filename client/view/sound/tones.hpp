@@ -12,7 +12,8 @@ enum class Sound : std::uint8_t { kContact, kGrasp, kRelease, kGoal, kFailure };
 inline constexpr std::size_t kSounds = 5;
 
 inline constexpr int kSampleRate_hz = 48'000;
-/// Longest sound. Sounds are played one after the other, so a longer one would delay the next.
+/// Maximum length of a sound. The limit is needed because sounds are played one after the other, so a long sound delays
+/// the next.
 inline constexpr double kMaxSound_s = 0.25;
 
 /// Returns the samples of a sound, one channel at kSampleRate_hz. Their largest value is at most half of the range.

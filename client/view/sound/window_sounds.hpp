@@ -8,7 +8,7 @@
 
 namespace tandem::client {
 
-/// Plays short sounds for the events of a session, which it finds in the ticks and frames.
+/// Plays short sounds for the events of a session. The events are found in the ticks and frames.
 ///
 /// Thread  the one that runs the window
 class WindowSounds {
@@ -18,13 +18,13 @@ class WindowSounds {
   /// Adds a tick. Call for each tick, in order, so that a short contact between two frames is heard.
   void add(const TickRecord& record);
   /// Plays the sounds of a frame.
-  /// In      view   null: none received yet
+  /// In      view   newest view; null if none was received yet
   ///         is_on  false: the user has switched sounds off
   void follow(const View* view, const ClientIoSnapshot& io, bool is_on, LocalTime now);
 
  private:
   SoundEvents events_;
-  double force_n_ = 0;  ///< largest since the last frame
+  double force_n_ = 0;  ///< largest displayed force since the last frame [N]
   SoundPlayer player_;
 };
 

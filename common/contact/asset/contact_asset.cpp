@@ -15,7 +15,7 @@
 namespace tandem::contact {
 namespace {
 
-constexpr std::uint32_t kKind = 0x41435454;  // "TTCA"
+constexpr std::uint32_t kKind = 0x41435454;  // first four bytes of each asset: "TTCA"
 
 }  // namespace
 

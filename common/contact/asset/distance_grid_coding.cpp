@@ -1,5 +1,5 @@
-// Writes and reads a distance grid: levels, corners and samples, quantized to small numbers and compressed. All numbers
-// that are read are checked.
+// Writes and reads a distance grid: levels of bricks, distances at corners, and samples. They are quantized to small
+// numbers and compressed. When a grid is read, all numbers are checked.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,7 +20,8 @@ constexpr double kSmallest = 1e-6;
 constexpr double kMaxBrick = 1e3;
 constexpr double kWorld = 1e6;
 constexpr std::uint32_t kMaxBricksAlong = 1U << 16U;
-/// Number of passes in which a brick's samples are coded: one for the brick's corners, then four for midpoints.
+/// A brick's samples are coded in passes from coarse to fine: one pass for the brick's corners, then four for midpoints
+/// between samples that are already coded. This is the number of passes.
 constexpr int kDepths = 5;
 constexpr double kMaxCorner = 1 << 28;
 
@@ -32,7 +33,8 @@ bool is_in_world(const Vec3& p) {
   return p.cwiseAbs().maxCoeff() <= kWorld && p.allFinite();
 }
 
-/// Predicts a corner by trilinear extrapolation from its seven preceding neighbours on a lattice.
+/// Predicts the distance at a corner of the lattice from the seven neighbours that precede it, by trilinear
+/// extrapolation.
 class CornerPredictor {
  public:
   explicit CornerPredictor(const std::array<std::uint32_t, 3>& bricks)
@@ -131,7 +133,7 @@ bool DistanceGrid::read_header(ByteReader& reader) {
   for (double* value : {&brick_m_, &quantum_m_, &corner_quantum_m_, &band_m_, &error_m_}) *value = reader.f64();
   sample_step_ = reader.number<std::uint16_t>();
   if (!reader.ok() || sample_step_ < 1) return false;
-  // Each count is limited before the product is computed, since a product of unlimited counts could overflow.
+  // The product of the counts is computed only after each count was limited. Otherwise, it could overflow.
   const bool has_counts = std::all_of(bricks_.begin(), bricks_.end(),
                                       [](std::uint32_t count) { return count >= 1 && count <= kMaxBricksAlong; });
   if (!has_counts || brick_total() > kMaxBricks) return false;
@@ -195,8 +197,9 @@ std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& 
     if (level > 0) sample_count += samples_of(level - 1U);
   }
   if (sample_count * sizeof(std::int16_t) > limit_bytes - lattice_bytes) return nullptr;
-  // Bounds of the decompressed size, so that a malicious file cannot exhaust the memory: the largest number of bytes of
-  // one coded number, and a limit of the mean number of bytes per sample. Most coded numbers need one byte.
+  // Bounds of the decompressed size, so that a malicious file cannot exhaust the memory. The first is the largest
+  // number of bytes of a coded number. The second is the permitted mean number of bytes per sample; most samples need
+  // one byte.
   constexpr std::size_t kMaxNumberBytes = 5;
   constexpr std::size_t kBytesPerSample = 3;
   const bool is_read = grid->set_levels(*levels, sample_count) &&

@@ -1,5 +1,5 @@
-// Writes and reads a point shell: each point is coded as its difference from the previous point, in whole steps. The
-// tree over the points is not stored, because the order of the points determines it.
+// Writes and reads a point shell. Each point is coded as its difference from the previous point, in whole steps. The
+// tree is not written, because the order of the points determines it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,11 +15,11 @@ namespace {
 
 constexpr double kMaxCoordinate = 1e4;
 constexpr double kMaxArea_m2 = 1e8;
-// Resolution: number of position steps in one point spacing, and number of area steps in the square of the spacing.
+// Resolution of positions and areas: number of steps in one point spacing, and in the square of the spacing.
 constexpr double kPlaceSteps = 256;
 constexpr double kAreaSteps = 1024;
-// Number of steps for normals. A normal is mapped to an octahedron, which is unfolded to a square; this is the number
-// of steps along half an edge of the square. Neighbouring directions differ by at most 1/11 of a degree.
+// Resolution of normals. A direction is mapped to an octahedron, which is unfolded to a square. This is the number of
+// steps along half a side of the square. The directions of neighbouring steps differ by at most 1/11 of a degree.
 constexpr int kNormalSteps = 1024;
 constexpr std::size_t kNumbers = 6;
 

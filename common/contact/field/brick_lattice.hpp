@@ -33,10 +33,11 @@ struct SampleCoding {
   }
 };
 
-/// Function that codes or decodes one sample and returns r. A coder computes r from the sample; a decoder reads r.
+/// Function that codes or decodes one sample. It returns the coded number r: a coder computes r from the sample, a
+/// decoder reads r.
 ///
-/// In      depth      0 for the corners of a brick, 1 for the midpoints between them, …
-///         predicted  in quanta
+/// In      depth      pass of coding: 0 for the corners of a brick, 1 for the midpoints between these, and so on
+///         predicted  predicted value in quanta
 ///         sample     value before coding; unspecified when decoding
 using CodeSample = std::function<int(int depth, int predicted, int sample)>;
 
@@ -54,9 +55,10 @@ class BrickLattice {
   /// Appends a brick; bricks must be added in the order of their indices.
   void add(Brick&& brick);
 
-  /// Replaces all samples by their decoded values, in the order from the coarsest to the finest bricks. If several
-  /// bricks share a position, the coarsest of them (or the first of equally coarse ones) owns the sample and codes it.
-  /// The other bricks interpolate their sample from the owner and code nothing.
+  /// Replaces all samples by their decoded values, so that the grid has the same samples as a decoder. If several
+  /// bricks share a position, only one of them codes the sample there: the coarsest one, or the first of equally coarse
+  /// ones. It is called the owner. The other bricks interpolate their sample from the owner. The coarsest bricks are
+  /// therefore coded first.
   ///
   /// In      corner_quanta  returns the predicted sample at a corner of the lattice
   void code(const SampleCoding& coding, const std::function<int(std::size_t corner)>& corner_quanta,
@@ -67,7 +69,8 @@ class BrickLattice {
  private:
   void code_brick(Brick& brick, const SampleCoding& coding, const std::function<int(std::size_t corner)>& corner_quanta,
                   const CodeSample& code_sample);
-  /// Sets the border samples that another brick owns, by interpolation in that brick, and marks them in `is_known_`.
+  /// Sets the border samples of a brick that another brick owns, by interpolation in the owner. Marks them in
+  /// `is_known_`.
   void match_border(Brick& brick);
   const Brick* owner_of(const Brick& brick, const Halves& at, Halves& at_owner) const;
   std::size_t corner_of(const Brick& brick, const Halves& at) const;

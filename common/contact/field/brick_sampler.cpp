@@ -87,9 +87,9 @@ class BrickSampler {
     });
   }
 
-  /// Tests the cells of a level that lie in bad cells of the previous level, and marks the bad ones. Test points are
-  /// the middles of cells and, on the brick's border, the middles of faces, because finer neighbours interpolate on the
-  /// border.
+  /// Finds the bad cells of a level: those where interpolation is too inaccurate. Only cells inside bad cells of the
+  /// previous level are tested. The test points are the middles of cells. On the brick's border, the middles of faces
+  /// are test points, too, because finer neighbour bricks interpolate there.
   bool has_bad_cells(int step, double tolerance_m) {
     const std::array<bool, kMaxCells> was_bad = is_bad_;
     is_bad_.fill(false);
@@ -110,8 +110,8 @@ class BrickSampler {
   }
 
   bool is_bad_at(const Halves& at, int step, double tolerance_m) {
-    // Half of the cell's diagonal: upper bound of the error of an interpolated distance, and of the distance from the
-    // cell's middle to any of its points.
+    // Half of the cell's diagonal. It bounds two values: the error of a distance that is interpolated in the cell, and
+    // the distance from the cell's middle to any of its points.
     const double reach_m = 0.5 * std::sqrt(3.0) * step * half_m_;
     const double interpolated_m = guess(at, step);
     if (std::abs(interpolated_m) > band_m_ + 2 * reach_m) return false;
@@ -136,8 +136,8 @@ class BrickSampler {
     return is_bad;
   }
 
-  /// Marks a bad cell. If its error is as large as that of a crease (where two surfaces are equally near), the
-  /// neighbours are marked too: the crease may cross a neighbour without causing an error in the neighbour's middle.
+  /// Marks a bad cell. If the error is as large as at a crease (where two surfaces are equally near), its neighbours
+  /// are marked, too. The crease may pass through them without an error at their middles, where they are tested.
   void mark_bad(const Halves& at, int step, bool with_neighbours) {
     is_bad_[cell_of(at, step)] = true;
     if (!with_neighbours) return;
@@ -161,8 +161,8 @@ class BrickSampler {
     }
   }
 
-  /// Ratio of error to tolerance from which a cell is taken to contain a crease. Found by trial on the bunny and on
-  /// boxes.
+  /// Ratio of interpolation error to tolerance from which a crease is assumed in the cell. Found by trial on the bunny
+  /// and on boxes.
   static constexpr double kCrease = 3.0;
   static constexpr std::size_t kMaxCells = 8 * 8 * 8;  ///< number of cells of a level that has a finer one
 

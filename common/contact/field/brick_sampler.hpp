@@ -15,7 +15,8 @@ namespace tandem::contact {
 
 inline constexpr int kBrickCells = 4;    ///< cells of the coarsest level along a brick's edge
 inline constexpr int kFinestCells = 16;  ///< cells of the finest level along a brick's edge
-/// Largest ratio of two lengths that are equal in exact arithmetic, allowing for rounding.
+/// Factor that allows for rounding: of two lengths that are equal in exact arithmetic, the larger one is at most this
+/// many times the smaller one.
 inline constexpr double kRounding = 1.001;
 /// Largest magnitude of a sample, in quanta.
 inline constexpr double kSampleSteps = std::numeric_limits<std::int16_t>::max();
@@ -25,10 +26,11 @@ inline constexpr double kSampleSteps = std::numeric_limits<std::int16_t>::max();
 /// In      hint  index of the triangle found by a nearby query, or −1; replaced by the index of this query's triangle
 using ExactDistance = std::function<double(const Vec3& p_S, int& hint)>;
 
-/// Corrects wrong signs of distances. At a flaw of the mesh (a tiny fold), a wrong pseudo-normal would otherwise
-/// exchange inside and outside in the surrounding space. If the distances of two neighbouring points sum to more than
-/// the points' separation, both points are on the same side of the surface. Points connected in this way all get the
-/// sign that most of them have.
+/// Corrects wrong signs of distances. Wrong signs occur at a flaw of the mesh (a tiny fold), where a wrong
+/// pseudo-normal exchanges inside and outside.
+/// 1. Two neighbouring points must be on the same side of the surface if the sum of their distances exceeds their
+///    separation.
+/// 2. Points that are connected in this way get the sign that most of them have.
 ///
 /// In      distances_m  on a lattice of `along` points, x fastest
 ///         apart_m      separation of neighbours plus the error of both distances

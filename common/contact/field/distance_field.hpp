@@ -43,7 +43,7 @@ struct FieldPlane {
 /// Set of a field's planes, one bit each.
 using PlaneSet = std::uint64_t;
 inline constexpr std::size_t kMaxPlanes = 64;
-/// Least cosine between the normal of a surface and that of a plane for the surface to count as part of the plane.
+/// A surface belongs to a plane only if the cosine of the angle between their normals is at least this value.
 inline constexpr double kOnPlaneCosine = 0.999;
 
 /// Signed distance to the surface of a shape, in the frame of the shape S.
@@ -53,10 +53,11 @@ class DistanceField {
  public:
   virtual ~DistanceField() = default;
 
-  /// Accurate to `error_m()` where |distance| ≤ `band_m()`. Beyond, the sign is right and the magnitude is at most the
-  /// true distance plus `error_m()`, which suffices for culling.
+  /// Returns the signed distance. Where |distance| ≤ `band_m()`, it is accurate to `error_m()`. Farther from the
+  /// surface, the sign is right, and the magnitude is at most the true distance plus `error_m()`. This suffices for
+  /// culling.
   virtual double distance_m(const Vec3& p_S) const noexcept = 0;
-  /// Returns the distance of distance_m() and its gradient.
+  /// Returns the distance and its gradient.
   virtual DistanceSample sample(const Vec3& p_S) const noexcept = 0;
   /// Does the same as sample() for `count` points, faster than separate calls.
   ///
@@ -76,10 +77,11 @@ class DistanceField {
 
   /// Returns the planes of the shape's flat parts, kMaxPlanes at most. They live as long as the field.
   virtual std::span<const FieldPlane> planes() const noexcept { return {}; }
-  /// Returns the planes that can replace the field in a box: the plane of a face, or of faces that meet at a convex
-  /// edge or corner. There are at most six; the set is empty if no such planes are known. Where the field's distance is
-  /// at most 0, it equals the largest of the distances to the planes. Where that largest distance is positive, the
-  /// field's distance is at least as large. Both statements hold within the rounding of samples.
+  /// Returns the planes that can replace the field in a box: the plane of a face, or those of faces that meet at a
+  /// convex edge or corner. There are at most six; the set is empty if no such planes are known. Within the rounding of
+  /// samples:
+  /// * inside the shape, the field's distance equals the largest distance to the planes
+  /// * elsewhere, the field's distance is at least that largest distance
   ///
   /// Out     queries  increased by the number of entries that were read from the field's table of planes
   virtual PlaneSet planes_over(const OrientedBox& /*box_S*/, std::size_t& queries) const noexcept {

@@ -14,7 +14,8 @@
 namespace tandem::contact {
 namespace {
 
-// Gradients with a length in this range are used unchanged. Shorter gradients occur on creases of the field.
+// Range of the length of a gradient that is used unchanged. Shorter gradients occur on creases of the field and are
+// replaced.
 constexpr double kMinGradient = 0.1;
 constexpr double kMaxGradient = 2.0;
 
@@ -180,9 +181,10 @@ double DistanceGrid::distance_m(const Vec3& p_S) const noexcept {
 }
 
 double DistanceGrid::far_distance_m(const Place& place) const noexcept {
-  // The error of interpolating the distance d between corners cᵢ with weights wᵢ is bounded because d has the
-  // Lipschitz constant 1: |d(p) − Σ wᵢ d(cᵢ)| ≤ Σ wᵢ |p − cᵢ| ≤ √(Σ wᵢ |p − cᵢ|²). The last sum is Σ t (1 − t) over
-  // the axes, with t the position in the brick, 0 to 1.
+  // Bound of the interpolation error. The distance d is interpolated between corners cᵢ with weights wᵢ. Because d has
+  // the Lipschitz constant 1,
+  // |d(p) − Σ wᵢ d(cᵢ)| ≤ Σ wᵢ |p − cᵢ| ≤ √(Σ wᵢ |p − cᵢ|²).
+  // In units of a brick's edge, the last sum is Σ t (1 − t) over the axes, with the position t in the brick, 0 to 1.
   const double distance = sample_corners(place).distance_m;
   const double slack = brick_m_ * std::sqrt((place.in_brick.array() * (1.0 - place.in_brick.array())).sum());
   return with_sign_of(distance, std::max(band_m_, std::abs(distance) - slack));
@@ -196,8 +198,8 @@ inline DistanceSample DistanceGrid::sample_brick(const Place& place, std::uint32
   const double x = slope.x * per_cell;
   const double y = slope.y * per_cell;
   const double z = slope.z * per_cell;
-  // The slope vanishes where two sides are equally near. The slope of the coarse lattice of corners replaces it,
-  // because that slope points outwards in such places too.
+  // Where two sides are equally near, the slope may vanish. It is replaced by the slope of the coarse lattice of
+  // corners, which points outwards there, too.
   if (!is_usable(x * x + y * y + z * z)) [[unlikely]]
     return {slope.value * quantum_m_, kMinGradient * sample_corners(place).gradient.normalized()};
   return {slope.value * quantum_m_, {x, y, z}};

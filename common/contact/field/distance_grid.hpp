@@ -22,14 +22,16 @@ class BrickLattice;
 
 /// Signed distance in bricks of 4³, 8³ or 16³ cells near the surface, and on a coarse lattice elsewhere.
 ///
-/// Model   Trilinear interpolation of exact samples. The gradient is that of the interpolant, so that the force is the
-///         gradient of one potential. Where bricks of different resolution meet, border samples of the finer brick are
-///         interpolated from the coarser one, so the distance is continuous in the whole band. Beyond the band,
-///         distance_m() returns a lower bound that accounts for the interpolation error. sample() returns the
-///         interpolated distance instead, whose slope is useful to predict contact. Therefore |distance_m()| ≤
-///         |sample().distance_m|. For a point outside the lattice, sample() takes the nearest point of the lattice's
-///         border and moves it along the gradient to the surface. It returns the distance of the given point from the
-///         result
+/// Model   1. Samples are exact; between them, interpolation is trilinear. The gradient is that of the interpolant, so
+///            that the force is the gradient of one potential.
+///         2. Where bricks of different resolution meet, the border samples of the finer brick are interpolated from
+///            the coarser one. The distance is thus continuous in the whole band.
+///         3. Beyond the band, distance_m() is a lower bound that accounts for the interpolation error. sample()
+///            returns the interpolated distance, whose slope is useful to predict contact. Therefore |distance_m()| ≤
+///            |sample().distance_m|.
+///         4. For a point outside the lattice, sample() starts at the nearest point of the lattice's border and moves
+///            along the gradient to the surface. It returns the distance of the given point from the surface point
+///            found
 /// Source  Frisken, Perry, Rockwood, Jones, "Adaptively sampled distance fields", SIGGRAPH 2000, for the refinement by
 ///         interpolation error
 class DistanceGrid final : public DistanceField {
@@ -50,14 +52,14 @@ class DistanceGrid final : public DistanceField {
     return planes_.planes_over(box_S, queries);
   }
   PlaneSet planes_at(const Vec3& p_S) const noexcept override { return planes_.planes_at(p_S); }
-  /// Returns the largest error at the test points of the construction, which are the middles of cells. Interpolation is
-  /// worst in these. The largest errors occur at sharp convex edges, inside and beneath them, where the distance has a
-  /// crease.
+  /// Returns the largest interpolation error that was measured while the grid was built. It was measured in the middles
+  /// of cells, where interpolation is worst. The error is largest at sharp convex edges, inside and beneath them, where
+  /// the distance has a crease.
   double error_m() const noexcept override { return error_m_; }
   double band_m() const noexcept override { return band_m_; }
 
-  /// Finds the blocks (parts of bricks, see PlaneMap) in which the field equals the distance to planes, and stores them
-  /// for planes_over(). Each guessed plane is first fitted to the samples near it.
+  /// Finds planes that replace the field, and the blocks (parts of bricks, see PlaneMap) in which they do;
+  /// planes_over() returns them. `guesses` are approximate planes, which are first fitted to nearby samples.
   void find_planes(std::vector<FieldPlane> guesses);
 
   double finest_cell_m() const { return cell_m(finest_); }
@@ -103,8 +105,9 @@ class DistanceGrid final : public DistanceField {
   bool set_levels(std::span<const std::uint8_t> levels, std::size_t sample_count);
   bool is_sound() const;
   static constexpr std::uint32_t level_of(std::uint32_t ref) { return (ref & ((1U << kLevelBits) - 1U)) - 1U; }
-  /// Returns a bound of the interpolation error beyond the band. The bound is the sum of half a cell's diagonal over
-  /// all levels from the coarsest one to `level`, since a distance has the Lipschitz constant 1.
+  /// Returns a bound of the interpolation error beyond the band, where finer samples are interpolated from coarser
+  /// ones. A distance has the Lipschitz constant 1, so each level adds at most half of the diagonal of its cells. The
+  /// bound is the sum over the levels up to `level`.
   double slack_m(std::uint32_t level) const {
     constexpr double kHalfDiagonal = 0.8660254037844386;
     return kHalfDiagonal * (2.0 * cell_m(0) - cell_m(level));

@@ -20,8 +20,8 @@ namespace {
 
 /// Quantization step of distances near the surface, as a fraction of the tolerance.
 constexpr double kCodingShare = 1.0 / 16;
-/// The memory of a grid is estimated from this number of sampled bricks. If the estimate exceeds the limit, cells are
-/// widened, with this safety factor.
+/// Number of bricks that are sampled to estimate the memory of a grid. If the estimate exceeds the limit, cells are
+/// widened. kWidenFor is a safety factor of the widening.
 constexpr std::size_t kBricksToExpectBy = 500;
 constexpr double kWidenFor = 1.05;
 /// Number of quantization steps in a brick's edge, for the distances at its corners.
@@ -40,8 +40,7 @@ ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::Surfa
     if (!is_solid) return closest.distance_m - half_thickness_m;
     const bool is_inside = (p_S - closest.point_S).dot(closest.normal_S) < 0;
     const double distance_m = is_inside ? -closest.distance_m : closest.distance_m;
-    // The plate is nearer than the solid only if the distance to the sheet (the middle of the plate) is below this
-    // value.
+    // The plate is nearer than the solid only if the sheet, its middle surface, is nearer than this value.
     const double reach_m = distance_m + half_thickness_m;
     if (sheet == nullptr || reach_m <= 0) return distance_m;
     return std::min(distance_m, sheet->closest(p_S, reach_m).distance_m - half_thickness_m);
@@ -132,8 +131,8 @@ void DistanceGridBuilder::lay_lattice(const geometry::ContactMesh& mesh) {
   grid.brick_m_ = kBrickCells * options_.cell_m;
   grid.bricks_per_m_ = 1.0 / grid.brick_m_;
   grid.band_m_ = options_.band_m;
-  // Upper bound of all sampled distances. The middle of a sampled brick is within the band plus half of the brick's
-  // diagonal, and each sample is within another half diagonal of the middle.
+  // The quantum follows from the largest distance that is sampled. The middle of a sampled brick is within the band
+  // plus half of the brick's diagonal of the surface, and each sample is within another half diagonal of the middle.
   grid.quantum_m_ = (grid.band_m_ + grid.brick_m_ * std::sqrt(3.0)) / kSampleSteps;
   // The margin is the band plus one brick, so that the lattice's border is outside of the shape and not near its
   // surface.

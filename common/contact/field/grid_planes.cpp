@@ -15,24 +15,25 @@
 namespace tandem::contact {
 namespace {
 
-// Largest difference of a sample from the distance to a plane, before and after fitting, in quantization steps of
-// samples near the surface. Rounding causes half a step. Another half occurs where a brick follows the border of a
-// coarser one.
+// Largest difference between a sample and the distance to a plane, before and after the plane is fitted, in
+// quantization steps of samples near the surface. Rounding causes half a step. Another half step occurs where a brick
+// takes over the samples on the border of a coarser brick.
 constexpr double kGuessSteps = 3;
 constexpr double kFittedSteps = 1.25;
-// Additional tolerance, as a fraction of the distance, because samples far from the surface are rounded to 1/128 of it.
+// Additional tolerance before and after the plane is fitted, as a fraction of the distance. Far from the surface,
+// samples are rounded to 1/128 of their distance.
 constexpr double kGuessShare = 0.01;
 constexpr double kFittedShare = 0.005;
 // Least number of samples for a fit. With fewer samples, the plane estimated from the shell's points is as accurate.
 constexpr double kMinSamples = 64;
-// Largest error of samples at sharp edges where bricks of different resolution meet. There the planes are more accurate
-// than the samples.
+// Additional tolerance where several planes meet. At sharp edges between bricks of different resolution, samples have
+// errors up to this value, and the planes are more accurate.
 constexpr double kEdge_m = 1e-4;
-// Limit of the number of bricks of a grid with planes. For planes, each brick needs 12 bytes and some time to fill
-// them.
+// Largest number of bricks of a grid for which planes are searched. For planes, each brick needs 12 bytes of memory and
+// some time.
 constexpr std::size_t kMaxBricksWithPlanes = std::size_t{1} << 20U;
-// Limit of the number of distances to planes that are computed; this many take a few seconds. Blocks that remain when
-// the limit is reached get no planes.
+// Limit of the total number of distances to planes that are computed, which takes a few seconds. When it is reached,
+// the remaining blocks get no planes.
 constexpr std::int64_t kMaxDistances = 500'000'000;
 // Distance from the surface beyond which a block counts as outside.
 constexpr double kOutside_m = 3e-4;
@@ -153,8 +154,8 @@ class DistanceGrid::PlaneFinder {
     }
   }
 
-  /// Returns whether visit(p_S, sample) is true for all samples in a cube of blocks and on its faces. If cells are
-  /// larger than blocks, the samples of the surrounding cells are visited.
+  /// Returns whether visit(p_S, sample) is true for all samples in a cube of blocks and on its faces. If blocks are
+  /// smaller than cells, the samples at the corners of the surrounding cells are used.
   template <typename Visit>
   bool for_samples(const Vec3& low_S, std::uint32_t ref, const Blocks& blocks, const Visit& visit) const {
     const std::uint32_t cells = cells_of(level_of(ref));
@@ -201,8 +202,8 @@ class DistanceGrid::PlaneFinder {
     return far_index(least_m, most_m);
   }
 
-  /// Returns the PlaneMap index that all blocks of a cube share: the index of the planes that match all samples of the
-  /// blocks, or kNone.
+  /// Returns the value of PlaneMap that all blocks of a cube share: the index of a set of planes that matches all
+  /// samples in the cube, kOutside, kInside, or kNone if there is no such set.
   std::uint8_t index_of(PlaneMap& map, const Vec3& low_S, std::uint32_t ref, const Blocks& blocks) {
     if (distances_left_ < 0) return PlaneMap::kNone;
     PlaneSet set = 0;
@@ -210,8 +211,8 @@ class DistanceGrid::PlaneFinder {
       if (matches(set, p_S, sample_m)) return true;
       distances_left_ -= static_cast<std::int64_t>(planes_.size());
       bool is_found = false;
-      // Outside of an edge, the distance to the shape is larger than the distance to each plane. If no single plane
-      // matches such a sample, all planes with a positive distance are tried together.
+      // Beside an edge, outside of the shape, the distance to the shape is larger than the distance to each plane. If
+      // no single plane matches such a sample, the set of all planes with a positive distance is tried.
       PlaneSet beyond = set;
       for_planes(low_S, [&](std::size_t i) {
         const PlaneSet wider = set | PlaneSet{1} << i;
@@ -241,8 +242,8 @@ class DistanceGrid::PlaneFinder {
     return far_index(least_m, most_m);
   }
 
-  /// Returns whether a sample equals the largest distance to the planes. Outside of an edge, a larger sample matches
-  /// too.
+  /// Returns whether a sample equals the largest distance to the planes. Outside of an edge, where several planes meet,
+  /// a larger sample matches, too.
   bool matches(PlaneSet set, const Vec3& p_S, double sample_m) {
     distances_left_ -= 1 + std::popcount(set);
     const double largest = largest_m(planes_, set, p_S);

@@ -13,10 +13,10 @@ namespace {
 
 // Maximum number of bricks whose blocks have different sets of planes. This many need 32 MB.
 constexpr std::size_t kMaxMixed = std::size_t{1} << 16U;
-// Two signed distances to planes count as equal if they differ by at most this.
+// Two signed distances to planes count as equal if their difference is at most this value.
 constexpr double kSameDistance_m = 5e-6;
-// Maximum number of bricks and blocks that a query may read. It bounds the cost of the search in the tree of points. A
-// query that would read more returns no planes, and the search then divides its node.
+// Maximum number of bricks and blocks that a query may read, to bound its cost. A query that would read more returns no
+// planes. The contact search then queries the children of its node instead.
 constexpr std::size_t kMaxPlaneMapQueries = 512;
 
 /// Calls visit(p) for the corners of a box until it returns false. Returns whether visit(p) was true for all corners.
@@ -51,8 +51,8 @@ struct PlaneMap::Range {
       for (std::int64_t y = begin[1]; y < end[1]; ++y) {
         const Vec3 row = origin + edge_m * Vec3(0.5, static_cast<double>(y) + 0.5, static_cast<double>(z) + 0.5);
         const Vec3 at = box.axes.transpose() * (row - box.centre);
-        // Determines the range of x in this row of cubes for which |at + x · step| ≤ most holds along each axis of the
-        // box.
+        // Finds the cubes of this row that may intersect the box: the range of x for which |at + x · step| ≤ most along
+        // each axis of the box.
         auto low = static_cast<double>(begin[0]), high = static_cast<double>(end[0] - 1);
         for (int i = 0; i < 3; ++i) {
           if (std::abs(step[i]) < 1e-9 * edge_m) {
@@ -125,8 +125,8 @@ bool PlaneMap::is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, 
   return is_below(all & ~sets_[index], sets_[index], middle, edge_m);
 }
 
-// Performs the test of is_largest() at one point only. Returns false if the test fails at that point, and true
-// otherwise, even if one point is not enough to decide.
+// Quick test before is_largest(), at one point of the block. False: the planes cannot replace the field in the block.
+// True: they may.
 bool PlaneMap::is_largest_at(PlaneSet all, std::uint8_t index, const Vec3& p_S) const noexcept {
   if (index <= kInside || (all & ~sets_[index]) == 0) return true;
   return largest_m(planes_, all & ~sets_[index], p_S) <= largest_m(planes_, sets_[index], p_S) + kSameDistance_m;
@@ -195,9 +195,9 @@ bool PlaneMap::for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, con
   });
 }
 
-// Returns whether the largest distance to the planes is nowhere negative in an axis-aligned box. Testing the corners is
-// not enough, since a thin wall may pass between them. The test therefore searches for one plane, or the mean of two
-// planes, whose least distance over the box is not negative.
+// Returns whether the largest distance to the planes is certainly not negative anywhere in an axis-aligned box. Its
+// corners are not sufficient for this test, since a thin wall may pass between them. The result is true if one plane,
+// or the mean of the distances to two planes, is not negative in the whole box.
 bool PlaneMap::is_above_some(PlaneSet set, const Vec3& middle, const Vec3& half_m) const noexcept {
   for (PlaneSet rest = set; rest != 0; rest &= rest - 1) {
     const FieldPlane& plane = planes_[static_cast<std::size_t>(std::countr_zero(rest))];
@@ -219,8 +219,8 @@ bool PlaneMap::is_deep(PlaneSet set, const Vec3& middle, double edge_m) const no
                      [&](const Vec3& p_S) { return largest_m(planes_, set, p_S) <= -kDeep_m; });
 }
 
-// Returns whether the planes also hold in the part of a box outside the lattice. No surface is outside the lattice, so
-// the largest distance to the planes must nowhere be negative.
+// Returns whether the planes may replace the field outside the lattice, too, if the box extends beyond it. There is no
+// surface there, so the largest distance to the planes must not be negative anywhere.
 bool PlaneMap::is_right_beyond(PlaneSet set, const OrientedBox& box_S) const noexcept {
   const Vec3 reach = box_S.axes.cwiseAbs() * box_S.half_m;
   for (int i = 0; i < 3; ++i) {
@@ -238,7 +238,8 @@ bool PlaneMap::is_right_beyond(PlaneSet set, const OrientedBox& box_S) const noe
   return true;
 }
 
-// Returns whether each plane of `others` is, everywhere in a cube, at most as distant as some plane of `set`.
+// Returns whether the planes `others` may be ignored beside those of `set`: in the whole cube, some plane of `set` has
+// at least their distance.
 bool PlaneMap::is_below(PlaneSet others, PlaneSet set, const Vec3& middle, double edge_m) const noexcept {
   for (; others != 0; others &= others - 1) {
     const FieldPlane& other = planes_[static_cast<std::size_t>(std::countr_zero(others))];
@@ -266,8 +267,8 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& queries) c
     return all == before || std::popcount(all) <= kMaxInBox;
   };
   const Eigen::Matrix3d half_edges = box_S.axes * box_S.half_m.asDiagonal();
-  // The corners are checked first. This rejects most boxes that extend beyond the planes' region or meet a concave
-  // edge.
+  // The corners of the box are checked first. This check rejects most boxes that extend beyond the flat parts or
+  // contain a concave edge.
   std::array<std::uint8_t, 9> at_corners;
   std::size_t corners = 0;
   const auto add_corner = [&](const Vec3& p_S) { return add_planes_at(at_corners[corners++] = at(p_S)); };
@@ -275,9 +276,9 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S, std::size_t& queries) c
   corners = 1;
   const auto is_right_at = [&](const Vec3& p_S) { return is_largest_at(all, at_corners[corners++], p_S); };
   if (!is_largest_at(all, at_corners[0], box_S.centre) || !for_corners(box_S.centre, half_edges, is_right_at)) return 0;
-  // In every block of the box, the largest distance to all planes found must equal the field, even if the block has
-  // only some of these planes. A block outside of the shape may be above a plane that is found later. Such a block is
-  // checked again when the set is complete.
+  // The set of planes grows while blocks are read. In every block of the box, the largest distance to the whole set
+  // must equal the field. A block outside of the shape may fail this test at first, because the plane above which it
+  // lies is found later. It is tested again when the set no longer grows.
   bool is_below_outside = false;
   const auto is_right = [&](std::uint8_t index, const Vec3& middle, double edge_m) {
     if (is_largest(all, index, middle, edge_m)) return true;

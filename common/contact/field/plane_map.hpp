@@ -11,8 +11,9 @@
 
 namespace tandem::contact {
 
-/// Stores for each block of a lattice the planes whose largest distance equals the field in the block, if there are
-/// such planes. A block is a cube with 1/8 of the edge of a brick (a cube of the lattice).
+/// Stores, for blocks of a lattice, a set of planes that replaces the field there: in the block, the field equals the
+/// largest distance to these planes. Blocks without such a set have the value kNone. A block is a cube with 1/8 of the
+/// edge of a brick; bricks are the cubes of the lattice.
 ///
 /// Thread  any number of threads at the same time
 class PlaneMap {
@@ -26,7 +27,8 @@ class PlaneMap {
   using Blocks = std::array<std::uint8_t, std::size_t{kBlocks} * kBlocks * kBlocks>;
   /// Largest number of planes of a block: the three that meet in a corner.
   static constexpr int kMaxInBlock = 3;
-  /// Largest number of planes over a box: a face, its four sides, and the opposite face.
+  /// Largest number of planes that a query for a box returns: for example a face, its four sides, and the opposite
+  /// face.
   static constexpr int kMaxInBox = 6;
 
   PlaneMap() = default;
@@ -68,9 +70,9 @@ class PlaneMap {
   double brick_m_ = 1;
   /// Content of each brick: the common value of its blocks; if they differ, kFirstMixed + index in mixed_.
   std::vector<std::uint32_t> refs_;
-  /// For a brick with one set of planes: further planes that a query may add to the set without an effect on its
-  /// result, because their distance is nowhere in the brick the largest. For a brick far outside: the planes above
-  /// which it lies.
+  /// For a brick that has one set of planes: further planes that a query may add without a change of its result,
+  /// because everywhere in the brick some plane of the set is at least as distant. For a brick far outside: the planes
+  /// above which the whole brick lies.
   std::vector<PlaneSet> harmless_;
   std::vector<Blocks> mixed_;  ///< blocks of the bricks whose blocks have different values
   static constexpr std::uint32_t kFirstMixed = 256;

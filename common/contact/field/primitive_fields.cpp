@@ -30,8 +30,8 @@ double distance_to_corner(double a, double b) {
   return std::max(a, b);
 }
 
-/// Returns whether holds(p) is true for all corners of a box. If the points that fulfil `holds` form a convex region,
-/// it is then true in the whole box.
+/// Returns whether holds(p) is true for all corners of a box. If the region in which it is true is convex, it is true
+/// in the whole box.
 template <typename Holds>
 bool all_corners(const OrientedBox& box, const Holds& holds) {
   for (unsigned i = 0; i < 8; ++i) {

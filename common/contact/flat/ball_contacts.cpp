@@ -12,8 +12,8 @@
 namespace tandem::contact {
 namespace {
 
-// Borders between the slices of the pressing cap, as fractions of the cap's depth, counted from the deepest point. With
-// this value of kInner, the moment of friction about the normal is exact.
+// Borders between the slices of the pressing cap, as fractions of the cap's height above the deepest point. kInner is
+// chosen so that the moment of friction about the normal is exact.
 constexpr double kInner = 0.14288946;
 constexpr double kMiddle = 0.65;
 // Slices of the part of the cap that does not press: thickness of the first slice, and ratio of the thicknesses of
@@ -21,13 +21,14 @@ constexpr double kMiddle = 0.65;
 constexpr double kFirstSlice_m = 1.6e-5;
 constexpr double kNextSlice = 4;
 constexpr int kGapSlices = 4;
-// Index of the slice that is represented by four contacts on a ring while nothing presses. When the ball presses, its
-// pairs of contacts begin at the same positions.
+// Index of the slice of the gap that has four contacts on a ring while nothing presses. When the ball begins to press,
+// its pairs of contacts appear at the positions of this ring.
 constexpr int kWideSlice = 2;
 // Largest depth as a fraction of the radius. A deeper ball might extend through the solid below the plane.
 constexpr double kMaxDepth = 0.5;
 
-/// Returns the height above the ball's lowest point up to which its surface is within the band.
+/// Returns the height of the ball's cap that can have contacts: the part of its surface that presses or has a gap below
+/// the band. It is negative if the ball is out of reach, and at most a hemisphere.
 double cap_height_m(double radius_m, double depth_m, double band_m) {
   return std::min(depth_m + band_m, radius_m);
 }
@@ -61,8 +62,8 @@ const FieldPlane* plane_below_ball(const DistanceField& field, PlaneSet planes, 
   box.centre = centre_F - (radius_m - cap_m / 2) * nearest->normal;
   const double half_m = std::sqrt(cap_m * (2 * radius_m - cap_m));
   box.half_m = Vec3(half_m, half_m, cap_m / 2);
-  // In a sampled field, a ball beside an edge may pass the tests above although it touches a second plane. Therefore
-  // the found plane must have the largest distance in the whole cap.
+  // In a sampled field, a ball beside an edge may touch a second plane although the tests above found only one. The
+  // found plane must therefore have the largest distance in the whole cap.
   const PlaneSet nearest_alone = PlaneSet{1} << static_cast<unsigned>(nearest - all.data());
   return largest_over(all, planes, box) == nearest_alone ? nearest : nullptr;
 }

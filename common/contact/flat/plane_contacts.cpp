@@ -21,9 +21,9 @@ namespace {
 // Points whose depths differ by at most this value may be merged in any case. The value is a few times the rounding
 // error of points and distances.
 constexpr double kSpan_m = 5e-6;
-// If all points press, or none does, points may be merged up to a larger difference of depth: the value above plus this
-// fraction of the least depth or gap. For pressing points the sum is at most kMaxSpan_m. The merged contact is less
-// deep than the deepest point by a few tenths of the difference.
+// Points that all press, or all have a gap, may differ more in depth: by the value above plus this fraction of the
+// least depth or gap. For pressing points, the sum is at most kMaxSpan_m. The merged contact is less deep than the
+// deepest point by a few tenths of the difference.
 constexpr double kSpanShare = 0.5;
 constexpr double kMaxSpan_m = 5e-5;
 // A part of a node with less than this fraction of the node's area gets no contact.
@@ -73,8 +73,8 @@ struct Mean {
   }
 };
 
-/// Four points that have the moments of an area. Each has a quarter of the area, at mean ± s₁ ± s₂, where s₁ and s₂ are
-/// the columns of the Cholesky factor of the covariance.
+/// Four points that replace an area. Each has a quarter of the area, and together they have its mean and covariance.
+/// They are at mean ± s₁ ± s₂, where s₁ and s₂ are the columns of the Cholesky factor of the covariance.
 struct Four {
   double area;
   std::array<double, 4> u, v;
@@ -84,7 +84,7 @@ struct Four {
     const double uu = std::max(0.0, moments(1, 1) / area - mean_u * mean_u);
     const double uv = moments(2, 1) / area - mean_u * mean_v;
     const double vv = std::max(0.0, moments(2, 2) / area - mean_v * mean_v);
-    // The Cholesky factor is a continuous function of the covariance; eigenvectors are not.
+    // Eigenvectors are not used, because they are not a continuous function of the covariance. The Cholesky factor is.
     const double along = std::sqrt(uu);
     const double shear = along > 0 ? std::clamp(uv / along, -std::sqrt(vv), std::sqrt(vv)) : 0;
     const double across = std::sqrt(std::max(0.0, vv - shear * shear));
@@ -121,10 +121,10 @@ class NodeContacts {
     }
   }
 
-  /// Selects the planes that may have the largest distance somewhere in a box, and puts the plane with the largest
-  /// distance at the box's middle first.
+  /// Selects those planes that have the largest distance at some point of a box. The plane with the largest distance at
+  /// the box's centre becomes the first one.
   ///
-  /// Out     least and largest depth of the box
+  /// Out     bounds of the depth over the box: lower bound, upper bound
   std::pair<double, double> depth_range(const OrientedBox& box) {
     planes_ = all_;
     const auto first = std::ranges::max_element(planes_, std::less{},
@@ -150,8 +150,8 @@ class NodeContacts {
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) add_point(i, i, i + 1, 1);
   }
 
-  /// Adds `count` points, which divide the node's area among them. One of them is the deepest point; the others are
-  /// evenly spaced in the order of the shell.
+  /// Adds `count` of the node's points, with the area of the whole node. One of them is the deepest point. The others
+  /// are evenly spaced in the order of the shell.
   void add_some_points(const ShellNode& node, std::uint32_t count) {
     const auto index_of = [&](std::uint32_t k) {
       return node.first + static_cast<std::uint32_t>(std::uint64_t{k} * node.count / count);
@@ -178,12 +178,13 @@ class NodeContacts {
     }
   }
 
-  /// Adds the contacts of a polygon. The polygon is divided by nearest plane, and each part into a pressing piece and a
-  /// piece with a gap.
+  /// Adds the contacts of a node's polygon. The polygon is divided into parts with one nearest plane each, and each
+  /// part into a pressing piece and a piece with a gap.
   ///
-  /// In      is_sliced  true: pieces with a gap, and pieces that will soon be rigid, are cut into slices of depth. The
-  ///         contact of the deepest slice is then nearly as deep as the piece. Any other piece gets four contacts
-  /// Out     false if the number of contacts would exceed `room` (the argument) or the number of ids (points of the
+  /// In      is_sliced  true: slices of depth are cut from pieces with a gap, and from pieces deeper than half of the
+  ///         rigid depth. The contact of the deepest slice is then nearly as deep as the piece. Pieces that are not cut
+  ///         have four contacts each
+  /// Out     false if there would be more contacts than `room` (the argument), or more than ids (one per point of the
   ///         node)
   bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {
     const Polygon whole = corners_of(flat);
@@ -212,8 +213,8 @@ class NodeContacts {
         cut(polygon, is_gap ? DepthSlope(-slopes[i]) : slopes[i]);
         if (is_gap) cut(polygon, below(slopes[i], search_.band_m));
         for (std::size_t k = 0; k < slopes.size(); ++k) {
-          // The plane of the other shape continues beyond the edge of its face, where there is no surface. The polygon
-          // is cut off at the edge.
+          // A plane is infinite, but its face ends at an edge where another plane has a larger distance. The polygon is
+          // cut off there.
           if (k != i) cut(polygon, is_gap ? slopes[k] : DepthSlope(slopes[k] - slopes[i]));
         }
         if (is_empty(polygon)) continue;
@@ -274,8 +275,9 @@ class NodeContacts {
     const Vec3 along = flat.along_S.cast<double>();
     const Vec3 across = flat.across_S.cast<double>();
     const auto quarters = quarters_of(node);
-    // Each contact keeps its id from step to step, while slices appear and vanish. Slices that press on the nearest
-    // plane get the first ids, and all other parts the last ones. The largest slice gets the ids that are left.
+    // Each contact must keep its id from step to step, while slices appear and vanish. Each quarter of the points gives
+    // ids to one of the four contacts of each slice: the first ids to slices that press on the nearest plane, the last
+    // ids to all other slices. The largest slice gets the ids between them.
     const auto first_other = static_cast<std::uint32_t>(std::max<std::size_t>(1, first_slices_));
     for (std::size_t k = 0; k < 4; ++k) {
       const auto append_part = [&](std::uint32_t part, std::uint32_t first, std::uint32_t end) {
@@ -297,8 +299,8 @@ class NodeContacts {
   // all depths), the four contacts of the slice are too shallow by a fifth of this thickness.
   static constexpr double kFirstSlice_m = 1.6e-5;
   static constexpr double kNextSlice = 4;
-  // Limit of the linear range as a fraction of the rigid depth (depth beyond which contact is as stiff as the step
-  // allows). Deeper pieces are cut into slices, because the motion of one step may carry them beyond the rigid depth.
+  // Depth, as a fraction of the rigid depth, up to which a pressing piece is not cut into slices. A deeper piece may
+  // exceed the rigid depth within a step, where the force is no longer linear in the depth.
   static constexpr double kLinear = 0.5;
 
   bool add_slices(const Below& plane, const DepthSlope& slope, Polygon rest, double slice_m, double density,
@@ -338,7 +340,7 @@ class NodeContacts {
   Eigen::Matrix3d R_WP_;
   Planes all_, planes_;
   boost::container::static_vector<std::pair<const Below*, Four>, kMaxParts> parts_;
-  std::size_t first_slices_ = 0;  ///< number of parts that press on the nearest plane
+  std::size_t first_slices_ = 0;  ///< number of leading entries of parts_ that press on the nearest plane
 };
 
 /// Merges all pressing contacts into one, and all contacts with a gap into a second one, if their depths and normals
@@ -354,7 +356,7 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const auto may_merge = [&](const Mean& side) {
     return !(side.area > 0) || (side.is_flat && is_alike(side.low, side.high, rigid_depth_m));
   };
-  // Contacts with a gap may differ more in depth if their area is smaller than that of the pressing contacts.
+  // The contacts with a gap may be merged at any depths if their area is smaller than that of the pressing contacts.
   const bool has_little_gap = sides[1].is_flat && sides[1].area <= sides[0].area;
   if (!must && !(may_merge(sides[0]) && (has_little_gap || may_merge(sides[1])))) return;
   const std::uint32_t first = contacts[begin].id;
@@ -362,7 +364,8 @@ void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   const std::uint32_t end = last + contacts.back().count;
   const bool has_both = sides[0].area > 0 && sides[1].area > 0;
   contacts.resize(begin);
-  // If both contacts exist, one that presses and one with a gap, the one with a gap gets the id of the last point.
+  // If there is both a pressing contact and one with a gap, the latter gets the id of the last point, so that the ids
+  // differ.
   if (sides[0].area > 0) contacts.push_back(sides[0].contact(first, has_both ? last : end));
   if (sides[1].area > 0) contacts.push_back(sides[1].contact(has_both ? last : first, end));
 }
@@ -380,8 +383,8 @@ void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<Contact
     const auto [low, high] = node_contacts.depth_range(flat.box_S());
     const std::uint32_t child = i + 1;
     i = node.next;
-    // This node may use the whole remaining capacity except the part reserved for later nodes. Later nodes may use what
-    // this node does not need.
+    // This node may use all remaining contacts except those reserved for later nodes. Contacts that it does not use are
+    // available to later nodes.
     room += least_contacts_of(node);
     more -= std::min(more, more_of(node));
     if (high <= -band_m) continue;

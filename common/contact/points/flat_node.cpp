@@ -18,11 +18,11 @@ namespace {
 // Maximum number of points of a shell in which flat nodes are searched. It bounds the work that received bytes can
 // cause. Shapes sampled by this program have fewer points.
 constexpr std::size_t kMaxPoints = 600'000;
-// Nodes with fewer points than this use the axes of the flat part that contains them.
+// Nodes with fewer points than this are tried only with the axes of the flat part that contains them.
 constexpr std::uint32_t kMinPart = 128;
 
-// Returns whether the points are certainly not on one plane. The smallest eigenvalue of their covariance is at least
-// the determinant divided by the square of half the trace.
+// Returns whether the points are certainly not on one plane. The test uses a lower bound of the smallest eigenvalue of
+// their covariance: the determinant divided by the square of half the trace.
 bool is_surely_bent(const Moments& moments) {
   const double half_trace = moments.covariance.trace() / 2;
   return moments.covariance.determinant() > kFlat_m * kFlat_m * half_trace * half_trace;
@@ -40,8 +40,8 @@ std::optional<FlatNode> flat_node_of(std::span<const ShellPoint> points, const S
     of_part = axes_of_rectangle(points, moments.covariance);
   }
   if (auto rectangle = rectangle_of(points, node, moments, box_along(points, *of_part))) return rectangle;
-  // Points on one plane may belong to several flat parts of the surface with different axes. A large node is therefore
-  // tried with axes of its own, too.
+  // The points of a large node may belong to several flat parts on the same plane, which have different axes. The node
+  // is therefore also tried with axes of its own.
   if (must_be && node.count >= kMinPart) {
     const Eigen::Matrix3d own = axes_of_rectangle(points, moments.covariance);
     if (auto rectangle = rectangle_of(points, node, moments, box_along(points, own))) {
@@ -76,7 +76,7 @@ std::array<std::uint32_t, 5> quarters_of(const ShellNode& node) {
 std::vector<FlatNode> find_flat_nodes(std::span<const ShellPoint> points, std::span<ShellNode> nodes) {
   std::vector<FlatNode> found;
   if (points.size() > kMaxPoints) return found;
-  std::size_t flat_end = 0;  // index after the last node below the most recent flat node
+  std::size_t flat_end = 0;  // end of the subtree of the most recent flat node
   std::optional<Eigen::Matrix3d> axes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     ShellNode& node = nodes[i];

@@ -1,5 +1,5 @@
-// Nodes of a shell whose points lie on one plane. Their depth below another plane is linear in the position, so a few
-// points represent all of them.
+// Flat nodes: nodes of a shell whose points lie on one plane. Their depth below the other shape's plane depends
+// linearly on the position. A few points can therefore represent all points of the node.
 #pragma once
 
 #include <array>
@@ -20,9 +20,9 @@ inline constexpr std::size_t kMaxFlatCorners = 8;
 
 /// Moments of a node's points that lie within a few micrometres of a plane, and their polygon.
 ///
-/// Model   Area, mean and covariance of the points. Four points at mean ± deviations, each with a quarter of the area,
-///         have the same moments. A force that is linear over the node thus has the same sum and moment. Where the
-///         points cover a convex polygon evenly, the same is true of each part of the polygon
+/// Model   Four points at mean ± deviations, each with a quarter of the area, have the same area, mean and covariance
+///         as all points of the node. A pressure that is linear over the node thus has the same force and moment. If
+///         the points cover a convex polygon evenly, four points can also represent any part of the polygon
 struct FlatNode {
   Eigen::Vector3f mean_S = Eigen::Vector3f::Zero();
   /// Unit vectors in the plane: the axes of the covariance; for a polygon, the sides of its smallest enclosing
@@ -40,15 +40,14 @@ struct FlatNode {
   std::array<Eigen::Vector2f, kMaxFlatCorners> corners_m = {};
 
   bool is_polygon() const { return corner_count > 0; }
-  /// Returns whether the four points at mean ± deviations are in the box. If a few points are far from all others, one
-  /// of the four points at mean ± deviations may be outside of the box.
+  /// Returns whether the four points at mean ± deviations are inside the box. One of them may be outside if a few
+  /// points of the node are far from all others.
   bool has_four_inside() const;
   OrientedBox box_S() const;
 };
 
-/// Returns the borders of four consecutive ranges of a node's points. Each of the node's four representing points
-/// stands for one range. The borders are those of the tree's divisions, so the points of a range are near their
-/// representative.
+/// Divides the points of a node into four consecutive ranges, one for each of the four points at mean ± deviations.
+/// Returns the five borders of the ranges. These are borders of subtrees, so the points of a range are near each other.
 std::array<std::uint32_t, 5> quarters_of(const ShellNode& node);
 
 /// Finds the flat nodes of a tree, among the nodes with more points than a leaf. All nodes below a flat node are flat,

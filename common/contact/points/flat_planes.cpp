@@ -10,7 +10,8 @@ namespace tandem::contact {
 namespace {
 
 constexpr float kMinArea_m2 = 4e-6F;
-// Maximum number of flat nodes used, the largest ones. The limit bounds the work that a received shape can cause.
+// Maximum number of flat nodes from which planes are computed. The largest nodes are used. The limit bounds the work
+// that a received shape can cause.
 constexpr std::size_t kMaxNodes = 1024;
 // Two nodes are on one plane if two conditions hold. The mean of one is within kSamePlane_m of the plane of the other,
 // and the sine of the angle between their normals is below kSameNormalSine.
@@ -66,7 +67,8 @@ std::vector<FieldPlane> planes_of(const PointShell& surface) {
     const Vec3 out = node->mean.normal_S.cast<double>();
     Vec3 normal = flat.along_S.cast<double>().cross(flat.across_S.cast<double>());
     if (normal.dot(out) < 0) normal = -normal;
-    // The points of a sharp edge may lie on a plane too, but their normals differ from the normal of that plane.
+    // The points of a sharp edge may be on one plane, but they do not define a plane of the surface: their normals
+    // point elsewhere.
     if (normal.dot(out) < kFacing || flat.half_m.head<2>().minCoeff() < kMinHalf_m) continue;
     const Vec3 mean = flat.mean_S.cast<double>();
     auto plane = std::ranges::find_if(planes, [&](const OnePlane& other) { return other.has(mean, normal); });

@@ -16,8 +16,8 @@
 namespace tandem::contact {
 namespace {
 
-// Distance by which a polygon may extend outside of the field's surface. Samples of a field have errors of up to 0.1 mm
-// at sharp edges.
+// Largest distance by which a polygon may extend beyond the field's surface. It is not zero, because samples of a field
+// have errors of up to 0.1 mm at sharp edges.
 constexpr double kBeyond_m = 1.1e-4;
 // Criteria for points that cover a polygon evenly.
 // * kMinPolygon: minimum number of points; the points of a smaller node are used singly.
@@ -29,16 +29,17 @@ constexpr double kUneven = 0.06;
 constexpr double kUnevenCell = 0.3;
 constexpr double kUnevenSmallCell = 0.75;
 constexpr std::size_t kManyPoints = 256;
-// Edge of the parts of a polygon in the search for holes, in spacings of points. A whole part without a point is a
-// hole.
+// To find holes, a polygon is divided into square parts. A part without a point is a hole. This is the edge of a part,
+// in spacings of points.
 constexpr double kPart = 2;
-// A part counts as a whole part if at least this fraction of it is inside the polygon.
+// Least fraction of a part that must be inside the polygon for the part to be checked.
 constexpr double kWholePart = 0.8;
-// Tolerances of a polygon: distance by which a point may be outside of it, and distance by which its sides may be moved
-// from the convex hull of the points.
+// Tolerances of a polygon: kLost_m is the distance by which a point may be outside of it. kMaxShift_m is the distance
+// by which its sides may be moved from the convex hull of the points.
 constexpr double kLost_m = 2e-4;
 constexpr double kMaxShift_m = 3e-4;
-// A node is regarded as a line if its points have a smaller standard deviation than this across its longest direction.
+// If the standard deviation of a node's points across their longest direction is smaller than this value, the node is a
+// line.
 constexpr double kMinDeviation_m = 5e-4;
 // Least half width of a line.
 constexpr double kThinnest_m = 1e-7;
@@ -77,16 +78,16 @@ void for_cells(const Polygon& polygon, const OrientedBox& box, const Eigen::Arra
   }
 }
 
-/// Returns whether each whole part of a polygon contains a point. False means that the polygon has a hole, or a side
-/// that the points do not reach.
+/// Returns false if a part of a polygon contains no point although most of the part is inside the polygon. The polygon
+/// then has a hole, or a side that the points do not reach.
 bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, const Polygon& polygon) {
   if (box.half_m.head<2>().minCoeff() <= kFlat_m) return true;  // the node is a line, which has no holes
   const auto count = static_cast<double>(points.size());
   const double part_m = kPart * std::sqrt(moments_of(polygon)(0, 0) / count);
   const auto parts_along = [&](int axis) { return std::max(1.0, std::floor(2 * box.half_m[axis] / part_m)); };
   const Eigen::Array2d parts(parts_along(0), parts_along(1));
-  // A narrow polygon would have more parts than points, so parts would be empty without being holes. Such a polygon is
-  // rejected.
+  // In a narrow polygon, there are more parts than points, so a part without a point need not be a hole. Such a polygon
+  // is rejected.
   if (!(parts.prod() * moments_of(polygon)(0, 0) <= count * 4 * box.half_m[0] * box.half_m[1])) return false;
   std::vector<bool> is_empty(static_cast<std::size_t>(parts.prod()), true);
   for (const ShellPoint& point : points) is_empty[cell_of(point, box, parts.cast<int>())] = false;
@@ -96,10 +97,11 @@ bool has_no_hole(std::span<const ShellPoint> points, const OrientedBox& box, con
   return !has_hole;
 }
 
-/// Returns whether the points in each cell of a polygon have the area that corresponds to the cell's own area.
+/// Returns whether the points cover a polygon evenly: the area of the points in each cell must be in proportion to the
+/// cell's area inside the polygon.
 bool has_even_cells(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box,
                     const Polygon& polygon) {
-  // If the axes were found for points on a line, they need not lie in the plane of this node's points. The box is then
+  // The axes may come from points on a line. They then need not be in the plane of the node's points, and the box is
   // too thick.
   if (points.size() < kMinPolygon || box.half_m[2] > 2 * kFlat_m) return false;
   constexpr int kCells = 4;  // number of cells along each side; an empty cell rejects the polygon
@@ -154,8 +156,8 @@ bool reaches_beyond(const FlatNode& flat, const DistanceField& field) {
   return false;
 }
 
-/// Chooses the order and signs of the axes, so that each of the four points at mean ± deviations is as near as possible
-/// to the mean of the quarter of the points that it represents (quarters_of()).
+/// Chooses the order and the signs of the axes. They determine which of the four points at mean ± deviations represents
+/// which quarter of the node's points (quarters_of()). Each of the four points must be near the mean of its quarter.
 void direct_axes(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments, Vec3& deviations,
                  Eigen::Matrix3d& axes) {
   const auto quarters = quarters_of(node);
@@ -290,8 +292,8 @@ std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const She
   const Eigen::Matrix2d turn = (Eigen::Matrix2d() << along.x(), -along.y(), along.y(), along.x()).finished();
   axes.leftCols<2>() = (axes.leftCols<2>() * turn).eval();
   for (Eigen::Vector2d& corner : polygon) corner = (turn.transpose() * corner).eval();
-  // The polygon is changed to have the mean and covariance of the points. The sides of the hull pass through the
-  // outermost points of the node. The change moves them outwards by about half of the spacing of the points.
+  // The hull is stretched until its mean and covariance equal those of the points. Its sides pass through the outermost
+  // points of the node; stretching moves them outwards by about half of the spacing of the points.
   const AreaMoments sum = moments_of(polygon);
   const Eigen::Matrix2d covariance = (axes.transpose() * moments.covariance * axes).topLeftCorner<2, 2>();
   const Eigen::LLT<Eigen::Matrix2d> from(covariance_of(sum)), to(covariance);
@@ -326,7 +328,8 @@ void drop_polygons_off(const DistanceField& field, PointShell& shell) {
     if (!flat.is_polygon() || !reaches_beyond(flat, field)) continue;
     const auto points = std::span<const ShellPoint>(shell.points).subspan(node.first, node.count);
     const Moments moments = moments_of(points);
-    // If the surface lacks a corner of the rectangle, the points may form a polygon without that corner.
+    // The rejected polygon may be a rectangle of which the surface lacks a corner. The points may then form a polygon
+    // without this corner.
     const std::optional<FlatNode> polygon = polygon_of(points, node, moments);
     flat = polygon && !reaches_beyond(*polygon, field) ? *polygon : node_as_it_is(points, node, moments);
   }

@@ -26,9 +26,10 @@ Moments moments_of(std::span<const ShellPoint> points);
 /// Returns the smallest box around the points whose edges are parallel to the columns of `axes`.
 OrientedBox box_along(std::span<const ShellPoint> points, const Eigen::Matrix3d& axes);
 
-/// Returns the rectangle of `box` if the points cover it evenly, else nothing. Conditions: the mean and covariance of
-/// the points are those of the rectangle; the points in each of its cells have the cell's fraction of the area; and
-/// each part of the rectangle that is two spacings of points wide contains a point.
+/// Returns the rectangle of `box` if the points cover it evenly, else nothing. Conditions:
+/// * The mean and covariance of the points are those of the rectangle.
+/// * The points in each cell of the rectangle have the area of the cell.
+/// * Each part of the rectangle that is two spacings of points wide contains a point.
 std::optional<FlatNode> rectangle_of(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments,
                                      const OrientedBox& box);
 /// Returns a convex polygon with the mean and covariance of the points if they cover it evenly, else nothing.
@@ -36,8 +37,8 @@ std::optional<FlatNode> polygon_of(std::span<const ShellPoint> points, const She
 /// Returns a flat node without a polygon, with the moments of its points.
 FlatNode node_as_it_is(std::span<const ShellPoint> points, const ShellNode& node, const Moments& moments);
 
-/// Removes polygons that extend beyond the surface of `field` by more than 0.11 mm; their nodes remain flat nodes.
-/// Testing the points is not enough: a corner of a rectangle may be one spacing away from the nearest point.
+/// Removes the polygon of a flat node if it extends beyond the surface of `field` by more than 0.11 mm. The check
+/// samples the polygon itself, because its corners may be one spacing away from the nearest point.
 void drop_polygons_off(const DistanceField& field, PointShell& shell);
 
 }  // namespace tandem::contact

@@ -16,15 +16,16 @@ namespace {
 
 // Least number of points of a flat part.
 constexpr std::size_t kMinRun = 16;
-// Edge of the cells into which normals are sorted. The value is not a simple fraction, so that borders of cells do not
-// coincide with common normals, such as those at 30° or 45°.
+// Points with similar normals are found by cells of normals. This is the edge of a cell. It is not a simple fraction,
+// so that frequent normals, such as those at 30° or 45°, are not at the border of two cells.
 constexpr float kNormalCell = 0.0137F;
-// Largest difference in height (position along the normal) between consecutive points of one plane, in order of height.
+// Points are sorted by height, their position along the normal. Consecutive points belong to one plane if their heights
+// differ by at most this value.
 constexpr double kOnePlane_m = 1e-5;
 // Least cosine of the angle between normals of one part. These normals differ only by quantization.
 constexpr float kSameNormalCosine = 1 - 4e-6F;
-// Largest difference in height between consecutive points of a part. It allows for a tilt: normals are rounded by up to
-// 0.1°.
+// Largest difference in height between consecutive points of one flat part. It is larger than for exact normals: their
+// rounding by up to 0.1° tilts the part.
 constexpr float kNextPlane_m = 1e-4F;
 // Search for the orientation of the smallest rectangle: number of initial angles in 90°, and number of refinements.
 // Each refinement reduces the step by a third.
@@ -64,7 +65,7 @@ struct Part {
   Eigen::Vector3f middle = Eigen::Vector3f::Zero();
 };
 
-/// Appends the flat parts of the surface among the points `alike`, whose normals are in one cell of directions.
+/// Finds the flat parts of the surface among points whose normals are in one cell, and appends them to `parts`.
 void add_parts(std::span<const ShellPoint> points, std::span<std::uint32_t> alike, std::vector<Part>& parts) {
   const Vec3 normal = points[alike.front()].normal_S.cast<double>();
   const auto height = [&](std::uint32_t i) { return normal.dot(points[i].p_S.cast<double>()); };

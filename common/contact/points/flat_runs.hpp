@@ -1,5 +1,5 @@
-// Order of a shell's points: the points of a flat part of the surface, or of a straight edge, are consecutive. Nodes of
-// the tree over the sorted points are then flat rectangles.
+// Sorts the points of a shell so that those of a flat part of the surface, or of a straight edge, are consecutive.
+// Nodes of the tree over the sorted points are then flat rectangles.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@ namespace tandem::contact {
 
 struct ShellPoint;
 
-/// Sorts points into the order of a tree, by recursive halving. Points outside flat parts of the surface come first;
-/// they are halved along the axes of S. The points of each flat part follow; they are halved along the sides of that
-/// part.
+/// Sorts points into the order of a tree, by recursive halving. The points outside flat parts come first; their halving
+/// is along the axes of S. The points of each flat part follow; their halving is along the sides of the part's smallest
+/// rectangle.
 void order_by_parts(std::vector<ShellPoint>& points);
 
 /// Returns the borders between the flat parts of sorted points (order_by_parts()), as ascending indices. The indices 0

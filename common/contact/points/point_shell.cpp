@@ -8,10 +8,11 @@
 namespace tandem::contact {
 namespace {
 
-// Number of steps that move a ball's centre towards the farthest point, by 1/2, 1/3, … of the distance. After these,
-// the radius is within a few per cent of the smallest one (Bădoiu & Clarkson, "Smaller core-sets for balls", 2003).
+// Number of iterations that make a ball around points smaller. Iteration i moves the centre towards the farthest point
+// by 1/(i + 1) of its distance. After these iterations, the radius is within a few per cent of the smallest one (Bădoiu
+// & Clarkson, "Smaller core-sets for balls", 2003).
 constexpr int kBallRounds = 8;
-// The mean of points may represent them if they are within this distance of a plane.
+// If all points of a node are within this distance of a plane, their mean may represent them.
 constexpr double kFlatBulge_m = 1e-5;
 
 struct Ball {
@@ -117,8 +118,8 @@ class TreeBuilder {
     return node;
   }
 
-  // Returns the index where a node is divided: the border of a flat part that is nearest to the node's middle, if there
-  // is one, else the middle.
+  // Returns the index of the first point of a node's second half. If the node contains borders of flat parts, it is the
+  // border nearest to the middle, else the middle.
   std::uint32_t middle_of(std::uint32_t first, std::uint32_t count) const {
     const std::uint32_t half = first + count / 2;
     const auto above = std::ranges::lower_bound(borders_, half);

@@ -31,8 +31,8 @@ struct ShellNode {
   std::uint32_t next = 0;         ///< index of the node after this subtree; node + 1 is the first child
   std::uint32_t flat = kNotFlat;  ///< index in PointShell::flat_nodes
   bool is_leaf = false;
-  /// All points of the node merged into one, at their mean or at the point nearest to it, with their total area. The
-  /// search uses it instead of the points if its work would exceed a limit.
+  /// One point with the total area of the node's points. It is at their mean, or at the point nearest to the mean if
+  /// they are not on a plane. The search uses it instead of the points if there are too many.
   ShellPoint mean;
 
   static constexpr std::uint32_t kNotFlat = 0xffffffff;

@@ -10,7 +10,7 @@
 namespace tandem::contact {
 namespace {
 
-// A corner is removed if its distance from the line between its neighbours is at most this.
+// A corner is removed if its distance from the line between its neighbours is at most this value.
 constexpr double kNoCorner_m = 2e-5;
 
 /// Returns twice the area of the triangle a, b, c; positive if the corners are anticlockwise.
@@ -141,8 +141,8 @@ void cut(Polygon& polygon, const DepthSlope& slope) {
   Polygon left;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const std::size_t next = i + 1 == polygon.size() ? 0 : i + 1;
-    // Cutting a convex polygon adds at most one corner. If rounding has made the polygon non-convex, more corners may
-    // arise. Omitting these changes the polygon by no more than a rounding error.
+    // Cutting a convex polygon adds at most one corner. More corners can arise only if rounding has made the polygon
+    // non-convex. They are omitted, which changes the polygon by no more than a rounding error.
     if (left.size() + 2 > left.capacity()) break;
     if (above_m[i] <= 0) left.push_back(polygon[i]);
     if ((above_m[i] <= 0) == (above_m[next] <= 0)) continue;

@@ -16,27 +16,28 @@ namespace tandem::contact {
 /// each cut() adds at most one corner.
 using Polygon = boost::container::static_vector<Eigen::Vector2d, kMaxFlatCorners + PlaneMap::kMaxInBox + 6>;
 
-/// A distance that is linear over a plane: s₀ + s₁ u + s₂ v at the coordinates (u, v), with (s₀, s₁, s₂) as the vector.
+/// A distance that depends linearly on the position in a plane: s₀ + s₁ u + s₂ v at the point with coordinates (u, v).
+/// The vector is (s₀, s₁, s₂).
 using DepthSlope = Eigen::Vector3d;
 
-/// Integrals of the products of (1, u, v) with each other over an area.
+/// Moments of an area: the integral of m mᵀ over the area, with m = (1, u, v) at the point (u, v).
 using AreaMoments = Eigen::Matrix3d;
 
 inline double at(const DepthSlope& slope, const Eigen::Vector2d& p) {
   return slope[0] + slope[1] * p.x() + slope[2] * p.y();
 }
-/// Returns the slope minus `distance_m`, that is, the distance from a surface farther away by this value.
+/// Returns the distance from a parallel surface that is farther away by `distance_m`: the given distance minus
+/// `distance_m`.
 inline DepthSlope below(const DepthSlope& slope, double distance_m) {
   return slope - distance_m * DepthSlope::UnitX();
 }
 
 /// Returns a rectangle centred at (0, 0).
 Polygon rectangle(const Eigen::Vector2d& half_m);
-/// Returns the polygon of a flat node, relative to the node's mean.
+/// Returns the polygon of a flat node. The corners are relative to the mean position of the node's points.
 Polygon corners_of(const FlatNode& flat);
-/// Returns a convex polygon whose corners are at or near some of the given points. Each point is inside, or at most
-/// `lost_m` outside. The points must not be on one line. The result is empty if it would have more than kMaxFlatCorners
-/// corners.
+/// Returns a simplified convex hull of the given points, which must not all be on one line. A point may be outside by
+/// at most `lost_m`. The result is empty if the polygon would have more than kMaxFlatCorners corners.
 Polygon polygon_in_places(std::span<const Eigen::Vector2d> places, double lost_m);
 /// Returns a unit vector along a side of the smallest rectangle around the polygon.
 Eigen::Vector2d axis_of_box(const Polygon& polygon);
@@ -44,8 +45,8 @@ Eigen::Vector2d axis_of_box(const Polygon& polygon);
 inline bool is_empty(const Polygon& polygon) {
   return polygon.size() < 3;
 }
-/// Keeps the part of the polygon where the distance is at most 0. In most calls this part is the whole polygon, or
-/// nothing; both cases are fast.
+/// Cuts off the part of the polygon where the distance `slope` is positive. It is fast if nothing or everything is cut
+/// off, as in most calls.
 void cut(Polygon& polygon, const DepthSlope& slope);
 /// Returns the least and the largest distance over the polygon.
 std::pair<double, double> range(const Polygon& polygon, const DepthSlope& slope);

@@ -14,24 +14,25 @@ namespace {
 // Minimum separation of samples, in spacings. A value closer to 1 gives fewer samples, but closing the last gaps takes
 // longer.
 constexpr double kSeparation = 0.9;
-// Upper bound of the mean number of samples in a square whose side is the least separation. A maximal set of random
-// samples has 0.70, the jamming density of random sequential discs.
+// Upper bound of the mean number of samples in a square whose side is the least separation. If random samples are added
+// until no more fit, there are 0.70 (the jamming density of random sequential discs).
 constexpr double kSamplesPerSquare = 0.75;
-// Longest side of a patch, in spacings. A patch is a part of a triangle; all pieces of a patch are compared with one
-// set of samples. The corners of a patch are within 2/3 of the longest side from its centroid, as no median is longer
-// than that side.
+// Triangles are divided into patches, and a patch into pieces. All pieces of a patch are compared with the same nearby
+// samples. kPatch is the longest side of a patch, in spacings. The corners are within 2/3 of this side from the
+// centroid, because no median is longer than the longest side.
 constexpr float kPatch = 1.5F;
 constexpr double kPatchReach = 1 + 2 * kPatch / 3;
-// Factor of the spacing that allows for the rounding of single-precision coordinates, so that no part stays uncovered.
+// The spacing is reduced by this factor, so that rounding of single-precision coordinates leaves no part of the surface
+// uncovered.
 constexpr double kReachRounding = 1 - 1e-4;
 
-// Maximum number of halvings of a piece. Halving the longest side n times leaves at most √3 · 2^(−n/2) of it. After 14
-// halvings, a piece of a patch is narrower than 1/30 of a spacing, and a sample covers it. A piece that is too small to
-// be divided in single precision counts as covered.
+// Maximum number of halvings of a piece. After n halvings, its longest side has at most √3 · 2^(−n/2) of its length.
+// After 14 halvings, a piece of a patch is smaller than 1/30 of a spacing, so a sample covers it. A piece that is too
+// small to be divided in single precision counts as covered.
 constexpr int kMaxHalvings = 14;
 
-// Lower limit of the option max_points. With fewer points, no spacing would be wide enough for the corners of a simple
-// body.
+// Lower limit of the option max_points. With fewer points, no spacing would be wide enough: even the corners of a
+// simple body could exceed the limit.
 constexpr std::size_t kFewestPoints = 1000;
 
 using Corners = std::array<Eigen::Vector3f, 3>;
@@ -110,8 +111,8 @@ void append_slices(const Piece& triangle, float longest, std::vector<Piece>& pie
 template <typename Visit>
 void visit_patches(const Piece& triangle, float longest, std::vector<Piece>& stack, Visit&& visit) {
   append_slices(triangle, longest, stack);
-  // This number of halvings suffices, see kMaxHalvings. If a piece is still too long, the cause is rounding, and
-  // further halvings would not help.
+  // This number of halvings suffices (kMaxHalvings explains why). A piece that is still too long is so small that
+  // rounding prevents further division.
   const float ratio = std::max(1.0F, std::sqrt(triangle.longest_squared) / longest);
   const int most_halvings = 3 + static_cast<int>(std::ceil(2 * std::log2(ratio)));
   while (!stack.empty()) {
@@ -151,9 +152,9 @@ class Spreader {
     return true;
   }
 
-  /// Adds features that protrude by more than `height_m`: vertices, and points of long edges. Features are added from
-  /// the highest to the lowest, until the limit of samples is reached. A feature is omitted if another one that
-  /// protrudes at least as far is nearer than `apart_m`.
+  /// Adds bumps: vertices, and points of long edges, that protrude by more than `height_m` from the samples. Bumps are
+  /// added in the order of decreasing height, until the limit of samples is reached. A bump is omitted if a feature
+  /// nearer than `apart_m` protrudes at least as far.
   void add_bumps(std::size_t sharp_count, double height_m, double apart_m) {
     sharp_count_ = sharp_count;
     smooth_end_ = grid_.samples().size();
@@ -216,8 +217,8 @@ class Spreader {
     for (std::size_t v = 0; v < surface_.mesh.vertices.size(); ++v) {
       add_if_missing(surface_.mesh.vertices[v], surface_.vertex_normals[v]);
     }
-    // Between its end points, an edge protrudes by at most the spacing of samples times the sine of half its fold
-    // angle.
+    // Between its ends, an edge protrudes from samples at the given spacing by at most spacing × sin(half its fold
+    // angle). Edges that fold less need no points.
     const double least_fold = 2 * std::asin(std::min(1.0F, height / reach_));
     for (const geometry::MeshEdge& edge : surface_.edges) {
       const Vec3 along = surface_.vertex(edge.b) - surface_.vertex(edge.a);
@@ -229,9 +230,10 @@ class Spreader {
     return bumps;
   }
 
-  /// Returns how far a point protrudes along its normal: the larger of two heights.
-  /// 1. The height above all samples within one spacing. Without it, contact with a flat body would be found too late.
-  /// 2. The height above three quarters of the samples about one spacing away. Without it, the point could enter
+  /// Returns the height of a point along its normal above the nearby samples. It is the larger of two values:
+  /// 1. Height above all samples within one spacing. Without such a point, contact with a flat body would be found too
+  ///    late.
+  /// 2. Height above three quarters of the samples at about one spacing. Without such a point, a tip could enter
   ///    another body between that body's samples.
   float height_of(const geometry::SurfaceSample& point) {
     const float ring_inside = 0.5F * reach_;
@@ -291,8 +293,8 @@ class Spreader {
   Random random_{0x7368656C6CULL};  // constant seed: the same mesh always gives the same samples
 };
 
-/// Divides the area of a covered surface among its samples. Each piece of the surface belongs to the nearest sample
-/// whose normal has about the same direction. For each sample on a sharp edge or corner, further samples are appended
+/// Divides the area of the surface among its samples: each piece of the surface belongs to the nearest sample whose
+/// normal has about the same direction. Most of the area of a sample on a sharp edge or corner is moved to new samples
 /// on the adjoining faces.
 class Shares {
  public:
@@ -320,30 +322,29 @@ class Shares {
   }
 
  private:
-  // Longest side, in spacings, of the pieces into which the surface is divided. Each piece is assigned to its nearest
-  // sample.
+  // Longest side of the pieces of surface that are assigned to samples, in spacings.
   static constexpr float kGrain = 0.25F;
   // Fraction of its area that a sample on a sharp edge keeps. With this value, a box pressed down on an edge has the
   // force of an elastic foundation on its faces.
   static constexpr double kEdgeShare = 0.15;
-  // Limits of the cosine between two normals. Faces whose normals have a cosine above kSameSide count as one side of a
-  // sample. A sample is sharp if the cosine between two of its sides is below kSharp.
+  // Limits of the cosine between two normals. kSameSide: faces with a larger cosine count as one side of a sample.
+  // kSharp: a sample is sharp if two of its sides have a smaller cosine.
   static constexpr float kSameSide = 0.98F, kSharp = 0.5F;
 
   struct Owner {
     Eigen::Vector3f p_S;
     std::uint32_t index;
   };
-  /// Part of a sharp sample's area that belongs to faces with nearly the same normal.
+  /// A side of a sharp sample: the part of its area that belongs to faces with nearly the same normal.
   struct Side {
     Eigen::Vector3f normal_S;
     double area_m2 = 0;
     Vec3 moment = Vec3::Zero();  ///< first moment of the area
   };
 
-  /// Moves most of a sharp sample's area to new samples, one in the middle of each side. If the whole area stayed at
-  /// the edge, the area of all sides would press even if only one side is in contact, and would press too early if the
-  /// edge is tilted.
+  /// Moves most of a sharp sample's area to new samples, one in the middle of each side. If the edge kept the whole
+  /// area, two errors would arise. The area of all its sides would press although only one side is in contact. At a
+  /// tilted edge, the area would press too early.
   void add_sides(std::size_t index, SpreadSamples& spread) {
     if (!is_sharp(sides_[index])) return;
     double all_m2 = 0;

@@ -19,11 +19,11 @@ struct SpreadSamples {
 
 /// Spreads samples over `surface`. Each point of the surface is within `spacing_m` of a sample with a similar normal.
 ///
-/// Model   Sharp edges are sampled first. Then random points (darts) are drawn in pieces of the triangles. A dart
-///         becomes a sample if no other sample is nearer than 0.9 spacings. A piece is halved until the ball around one
-///         sample, with the radius of a spacing, contains all corners of the piece. The ball then contains the whole
-///         piece, since balls are convex, so the coverage is proven. Finally, features that protrude between the
-///         samples are added.
+/// Model   1. Sharp edges and corners are sampled.
+///         2. Random points (darts) are drawn in pieces of the triangles. A dart becomes a sample if no other sample is
+///            nearer than 0.9 spacings. Each piece is halved until all its corners are in the ball of one spacing
+///            around some sample. As balls are convex, the whole piece is then in this ball, which proves the coverage.
+///         3. Features that protrude between the samples are added.
 /// Source  after White, Cline & Egbert, "Poisson disk point sets by hierarchical dart throwing", 2007; the stopping
 ///         criterion by covering balls and the application of the method to surfaces are ours
 SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options,

@@ -14,11 +14,11 @@ namespace {
 // Limit of the number of points of a primitive. Primitives are sampled when a scene is loaded. Sampling a table 0.5 m
 // wide with this many points takes 0.3 s.
 constexpr std::size_t kPrimitivePoints = 20'000;
-// Factor of the spacing on the tessellation of a round primitive, which is slightly smaller than the primitive. Moving
-// the points outwards to the primitive's surface also increases their separation.
+// Factor by which the spacing is reduced on the tessellation of a primitive. It is slightly inside a round primitive,
+// so its points are farther apart when they have been moved outwards to the surface.
 constexpr double kOutlineMargin = 0.998;
-// Factor of the spacing on the middle surface of a sheet. The outer side of a bent sheet is longer than its middle
-// surface.
+// Factor by which the spacing is reduced on the middle surface of a sheet. The outer side of a bent sheet is longer
+// than the middle surface, so its points are farther apart.
 constexpr double kSheetDensity = 0.8;
 
 /// A sampled point, and whether it also belongs to the shell of features.
@@ -77,8 +77,8 @@ class PlateSampler {
     }
   }
 
-  /// Adds, for each vertex of the sheet's rim, points on a ball around the vertex, where no other part of the sheet is
-  /// nearer.
+  /// Adds caps: for each vertex on the rim or on a fold of the sheet, points on a ball around the vertex. Directions in
+  /// which an edge is nearer than the vertex are omitted.
   void add_caps() {
     std::vector<std::vector<Vec3>> rays(sheet_.mesh.vertices.size());
     std::vector<bool> is_rim(sheet_.mesh.vertices.size(), false);
@@ -96,7 +96,7 @@ class PlateSampler {
     }
   }
 
-  /// Returns the candidates that are not inside another part of the plate.
+  /// Returns the candidates without those inside another part of the plate.
   std::vector<Candidate> visible() const {
     const geometry::TriangleTree tree(sheet_.mesh);
     std::vector<Candidate> visible;
@@ -156,8 +156,8 @@ PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOp
   ContactShapeOptions middle = options;
   middle.spacing_m *= kSheetDensity;
   middle.max_points /= 2;
-  // Folds and spikes of the middle surface are not sampled as features. They are round on the plate, where tubes and
-  // caps sample them.
+  // The middle surface gets no feature samples. Its folds and spikes are round on the plate, where tubes and caps
+  // sample them.
   middle.feature_angle_deg = 180;
   middle.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(sheet, middle, progress);
@@ -168,8 +168,8 @@ PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOp
   return shells_of(plate.visible(), spread.spacing_m / kSheetDensity);
 }
 
-/// Moves a point to the surface. A point on a feature is first moved outwards, so that its nearest surface point is on
-/// the edge and not beside it.
+/// Moves a point to the surface. A feature point is first moved outwards by `out_m`. Its nearest surface point is then
+/// on the edge or corner and not on the face beside it.
 void project_to_surface(const DistanceField& field, double out_m, Candidate& candidate) {
   ShellPoint& point = candidate.point;
   Vec3 p = point.p_S.cast<double>();

@@ -17,23 +17,24 @@ constexpr std::array kGaussPlaces = {-0.9061798459386640, -0.5384693101056831, 0
                                      0.9061798459386640};
 constexpr std::array kGaussWeights = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665,
                                       0.2369268850561891};
-// A rod presses with a strip. The strip is divided across its width into a middle part and a rest on both sides.
-// kMiddleShare is the middle part's fraction of the width. The mean depths of both parts are relative to the depth in
-// the middle of the strip.
+// The strip with which a rod presses is divided across its width into a middle part and two equal outer parts.
+// kMiddleShare is the middle part's fraction of the width. kMiddleDepth and kRestDepth are the mean depths of the
+// middle part and of the outer parts, relative to the depth in the middle of the strip. kRestAside is the distance of
+// the outer parts from the middle, relative to half of the width.
 constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleDepth = 1 - kMiddleShare * kMiddleShare / 3;
 constexpr double kRestDepth = (2.0 / 3 - kMiddleShare * kMiddleDepth) / (1 - kMiddleShare);
 constexpr double kRestAside = (1 + kMiddleShare) / 2;
 // Thickness of the deepest slice of a round end, as a fraction of the depth.
 constexpr double kFirstSlice = 0.05;
-// A contact with a gap has as much area as a slice of this depth of a round end.
+// The area of a contact with a gap is that of a slice of a round end with this thickness.
 constexpr double kGapSlice_m = 1.6e-5;
-// Axes count as parallel, without a common normal, if the sine of the angle between them is below this.
+// Two axes count as parallel, without a common normal, if the sine of the angle between them is below this value.
 constexpr double kParallelSine = 1e-3;
-// Least curvature of the depth along A's axis, in 1/m. It ensures that the quadratic equation has two roots. It changes
-// the depth by 10 pm at 0.1 m.
+// Least curvature of the depth along A's axis, in 1/m. It ensures that the quadratic equation for the ends of the
+// pressing part has two roots. It changes the depth by 10 pm at 0.1 m from the middle.
 constexpr double kMinBend_per_m = 1e-9;
-// The edge of a flat end is in contact if the component of the normal along the rod's axis exceeds this.
+// The edge of a flat end counts as touched if the component of the normal along the rod's axis exceeds this value.
 constexpr double kEdgeSlope = 0.1;
 
 /// Returns 0 below `low`, 1 above `high`, linear in between.
@@ -84,7 +85,7 @@ struct NearestOfAxes {
 
   double on_a_m = 0, on_b_m = 0;  ///< positions of the nearest points along the axes
   Vec3 way_W = Vec3::Zero();      ///< vector from the point on B to the point on A
-  bool is_between_ends = false;   ///< whether both points are between the ends; way_W is then along the common normal
+  bool is_between_ends = false;   ///< true: both points are between the ends, and way_W is along the common normal
 };
 
 /// Contact of an end of one rod with the other rod.
@@ -103,8 +104,8 @@ struct End {
     other_share = other.is_ball() ? 1 : round_share(other, beyond_m < 0 ? beyond_m : other.radius_m * slope);
   }
 
-  /// Returns the fraction of the contact patch that lies on the round end of a rod. The middle of the patch is
-  /// `beyond_m` past the begin of the round end; negative values are before it.
+  /// Returns the fraction of the contact patch that is on the round end of a rod and not on its side. `beyond_m` is the
+  /// distance from the start of the round end to the middle of the patch; it is negative if the middle is on the side.
   double round_share(const PlacedRod& rod, double beyond_m) const {
     const double patch_m = std::sqrt(2 * rod.radius_m * std::max(depth_m, 0.0));
     return rod_ramp(beyond_m, -patch_m, patch_m);
@@ -209,10 +210,10 @@ class RodWriter {
     return std::sqrt(2 * a_.radius_m * b_.radius_m / sum_m_ * std::max(depth_m, 0.0));
   }
 
-  /// Returns how far the contact strip at an end of B extends beyond that end.
+  /// Returns how far the contact strip of this depth extends beyond an end of B.
   double overhang_m(double depth_m) const { return half_width_m(depth_m) * sine_; }
 
-  /// Returns the range of A's axis that presses and is beside B, as positions relative to the nearest point.
+  /// Returns the part of A's axis that presses and is beside B: its begin and end, relative to the nearest point.
   std::optional<std::array<double, 2>> pressing_range_m() {
     if (a_.is_ball() || b_.is_ball()) return std::nullopt;
     depth_ = depth_along_a();
@@ -234,7 +235,8 @@ class RodWriter {
       low_m = std::max(low_m, std::min(one_end_m, other_end_m));
       high_m = std::min(high_m, std::max(one_end_m, other_end_m));
     }
-    // If A's nearest point is at a round end of A, the contact of that end replaces the strips beyond the end.
+    // If A's nearest point is at a round end of A, a contact of that end replaces the strips there. The area of the
+    // strips is reduced accordingly.
     side_share_ = 1;
     if (std::abs(nearest_.on_a_m) == a_.half_m && a_.has_round_ends) {
       const double slope = -normal_W_.dot(a_.outward_W(nearest_.on_a_m));
@@ -321,8 +323,8 @@ bool RodContacts::find(const Rod& rod_a, const Pose& X_WA, const Rod& rod_b, con
     const bool had_side = side_W != Vec3::Zero();
     const double side = common_W.dot(had_side ? side_W : normal_W);
     const Vec3 kept_W = side < 0 ? Vec3(-common_W) : common_W;
-    // If A is beyond B's axis by more than the sum of the radii, A was placed there (for example by a reset) and has
-    // not passed through B. The stored side is then replaced.
+    // If A is on the other side of B's axis by more than the sum of the radii, A has not passed through B but was
+    // placed there, for example by a reset. The stored side is then replaced.
     if (kept_W.dot(nearest.way_W) > -sum_m) normal_W = kept_W;
     side_B_ = X_WB.q.conjugate() * normal_W;
   } else {

@@ -16,21 +16,20 @@ inline constexpr std::size_t kMaxRodContacts = 24;
 /// Contacts of two rods. They depend on the poses, and on the side of B's axis where A was in the previous find().
 ///
 /// Model   Symbols: R_A and R_B radii, R = R_A R_B / (R_A + R_B), k stiffness by area and depth.
-///         1. The depth along A's axis is R_A + R_B less the distance of the axes, to second order in the distance from
-///            the common normal. Across the axis, the depth is that of parallel cylinders. A strip of A's axis that is
-///            ds long and δ deep has an area of 2√(2Rδ) ds and a mean depth of ⅔ δ.
-///         2. Five Gauss points are spread over the part of the axis that presses and is beside B. Each has three
-///            contacts: one for the middle fifth of the strip's width, which is the deepest, and one on either side of
-///            it.
-///         3. For rods that cross at an angle θ with a depth d, the force is that of the overlap with an error up to
-///            0.3 %: k π d² √(R_A R_B) / sin θ. For parallel rods, the force per length is (4/3) k √(2R) d^(3/2).
-///         4. A pressing round end has an area of 2π R_eff d, where R_eff is the effective radius of a ball on a
-///            cylinder or on a ball. If the common normal meets the axis beyond the end of the cylinder, the end's
-///            contact replaces that of the cylinder.
-///         5. Rods that do not press have one contact at the nearest points and one at each end.
-///         6. The normal is along the line between the nearest points of the axes. If these points are between the ends
-///            of both axes, A stays on its previous side of B. A rod that passes through the other rod within a step,
-///            by more than its thickness, is thus pushed back.
+///         1. Depth at a point of A's axis: R_A + R_B less the distance from B's axis. It is approximated by a parabola
+///            along A's axis, to second order about the common normal of the axes.
+///         2. A piece of A's axis that is ds long and δ deep presses with a strip. As between parallel cylinders, the
+///            strip's area is 2√(2Rδ) ds and its mean depth is ⅔ δ.
+///         3. Five strips are at the Gauss points of the part of A's axis that presses and is beside B. Each strip has
+///            three contacts: one for the middle fifth of its width, which is the deepest, and one on either side.
+///         4. For rods that cross at an angle θ with a depth d, the force is that of the overlap, k π d² √(R_A R_B) /
+///            sin θ, with an error of at most 0.3 %. For parallel rods, the force per length is (4/3) k √(2R) d^(3/2).
+///         5. A pressing round end has an area of 2π R_eff d, where R_eff is the effective radius of a ball on a
+///            cylinder or on a ball. Where the nearest point is on the round end, the end's contacts replace the
+///            strips.
+///         6. Rods that do not press have one contact at the nearest points and one at each end.
+///         7. The normal is along the line between the nearest points of the axes. If both points are between the ends,
+///            A stays on its previous side of B. Thus, a rod that passes through another one in a step is pushed back.
 /// Source  our derivation
 class RodContacts {
  public:

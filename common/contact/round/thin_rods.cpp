@@ -13,16 +13,16 @@ namespace tandem::contact {
 namespace {
 
 constexpr std::size_t kPlaces = 4000;
-// The result is a quantile of the inner balls' radii at the points on rods: this fraction of the radii is smaller.
+// The result is a low quantile of the radii of the inner balls at points on rods: this fraction of them is smaller.
 constexpr double kThinnerShare = 0.1;
-// Minimum fraction of points that are on rods. If fewer are, these points are regarded as tips of spikes.
+// Minimum fraction of points that are on rods. If there are fewer, they are taken for tips of spikes, and the mesh has
+// no rods.
 constexpr double kTipShare = 0.005;
 constexpr int kShrinks = 12;
-// A ball is accepted as an inner ball if the surface is at least this fraction of the radius away from the ball's
-// centre.
+// A ball counts as inside the solid if the surface is nowhere nearer to its centre than this fraction of its radius.
 constexpr double kFits = 0.98;
-// Distance from a ball's centre along a tangent at which the solid is tested, in radii. A rod ends before this
-// distance.
+// A point is on a rod if the solid ends on both sides of its inner ball. This is the distance from the ball's centre at
+// which that is tested, in radii of the ball.
 constexpr double kBeside = 1.3;
 constexpr int kTangents = 8;
 // Step of a low-discrepancy sequence in the unit square: powers of the inverse of the plastic number 1.3247.
@@ -35,8 +35,8 @@ double inner_radius_m(const geometry::TriangleTree& tree, const Vec3& p, const V
   for (int i = 0; i < kShrinks; ++i) {
     const auto closest = tree.closest(p - radius_m * normal, radius_m);
     if (!(closest.distance_m < kFits * radius_m)) break;
-    // The next, smaller ball touches the surface at p. It passes through the surface point that is closest to the
-    // centre of the present ball.
+    // The ball is too large. The next, smaller ball also touches the surface at p, and it passes through the surface
+    // point found, which is closest to the centre of this ball.
     const Vec3 across = p - closest.point_S;
     const double height_m = normal.dot(across);
     if (!(height_m > 0)) return std::numeric_limits<double>::infinity();

@@ -7,11 +7,11 @@ namespace tandem::contact {
 
 struct ContactShape;
 
-/// Half thickness of a shape below which a pressing object may pass through it before contact becomes rigid. It is 1.5
-/// times the minimum rigid depth (depth beyond which contact is as stiff as the step allows), because a rigid contact
-/// still yields. Measured by thin_test with 0.5 to 5 N at up to 1 m/s in 80 crossings each: another rod passed through
-/// rods of 0.12 mm 46 times, of 0.14 mm once, and of 0.16 mm never. The limit is for contact by points; for two
-/// primitives of 0.1 mm, formulas are used (RodContacts), and they do stop each other.
+/// Half thickness of a shape below which a pressing object may pass through it before contact becomes rigid (as stiff
+/// as the step allows). It is 1.5 times the minimum rigid depth, because a rigid contact still yields. In thin_test,
+/// one rod is pressed across another with 0.5 to 5 N at up to 1 m/s. In 80 crossings each, it passed through a rod of
+/// 0.12 mm 46 times, of 0.14 mm once, and of 0.16 mm never. The limit is for contact by points. It does not apply to
+/// two thin primitives, even of 0.1 mm: RodContacts stops them.
 inline constexpr double kMinHoldingHalf_m = 7.5e-5;
 
 /// Explains why a shape with this half thickness is too thin, with the remedy. Returns an empty text if it is thick

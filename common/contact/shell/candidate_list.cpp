@@ -68,7 +68,7 @@ bool CandidateList::remove_points_of(std::uint32_t node, bool is_fine) noexcept 
   return true;
 }
 
-// Returns the number of further contacts that a node needs if its contacts represent all planes below it, not only one.
+// Returns the number of contacts that a node needs for a second and further planes below it.
 std::size_t CandidateList::more_contacts_of(std::uint32_t node, PlaneSet planes) const {
   const auto count = static_cast<std::size_t>(std::popcount(planes));
   return count < 2 ? 0 : (count - 1) * least_contacts_of(shell_->nodes[node]);

@@ -1,5 +1,5 @@
-// Changes of the whole cut through the shell's tree: change of the level, joining of nodes, and restoring after an
-// incomplete traversal. SEARCH.md and cut_node.hpp define the terms.
+// Functions that change the whole cut: they change its level, join nodes, or restore entries after an incomplete walk.
+// SEARCH.md and cut_node.hpp define the terms.
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -22,8 +22,8 @@ void ShellCandidates::begin_cut() noexcept {
   }
 }
 
-// Changes the level. The distance bounds of far nodes remain valid and are kept. A new cut is started instead in two
-// cases: at the coarsest level, and in a wide band, where few bounds would remain valid.
+// Changes the level. Entries of the old cut remain where their distance bounds are still valid. In two cases a new cut
+// begins instead: at the coarsest level, and in a wide band, because few bounds would remain valid.
 void ShellCandidates::change_level(int level) noexcept {
   const bool is_finer = level < levels_.level();
   levels_.set_level(level);
@@ -47,9 +47,9 @@ void ShellCandidates::change_level(int level) noexcept {
   }
 }
 
-// Appends an entry while the cut is converted to a coarser level. If the previous entry is the sibling of this node,
-// the parent replaces both under two conditions. The parent is small enough for a leaf at this level, and one sibling
-// is near.
+// Appends an entry during the change to a coarser level. The parent replaces this entry and the previous one under
+// three conditions: they are its two halves, at least one of them is near, and the parent is small enough for a leaf of
+// the new level. This is repeated for the parent.
 void ShellCandidates::append_as_coarse(CutNode entry, CutPart& part) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t most_points = levels_.leaf_points(std::numeric_limits<double>::infinity());
@@ -73,9 +73,9 @@ void ShellCandidates::append_as_coarse(CutNode entry, CutPart& part) noexcept {
   cut_.push_back(entry);
 }
 
-// Undoes one level of dividing: each parent whose two children are in the cut replaces them. Returns false if no pair
-// was joined. Only one level is undone at a time; undoing all levels would leave only eight sampled points for a whole
-// part.
+// Undoes the last step of dividing: each pair of halves, of which at least one is a sampled node, is replaced by its
+// parent. Returns false if there was no such pair. Only one step is undone at a time. Undoing all of them would leave
+// only eight sampled points for each part.
 bool ShellCandidates::join_pairs() noexcept {
   const auto& nodes = shell_->nodes;
   bool is_any_joined = false;
@@ -106,8 +106,8 @@ bool ShellCandidates::join_pairs() noexcept {
   return is_any_joined;
 }
 
-// Joins nodes far beyond the band. A shell that has moved past many obstacles leaves many small far nodes in its cut.
-// Far nodes need no queries, but they use up the limited number of entries that near nodes need.
+// Joins pairs of nodes that are far beyond the band. After a shell has moved past many obstacles, its cut has many
+// small far nodes. They need no queries, but they occupy entries that near nodes may need.
 void ShellCandidates::join_far() noexcept {
   const auto& nodes = shell_->nodes;
   std::size_t size = 0;
@@ -153,7 +153,8 @@ void ShellCandidates::restore_cut() noexcept {
   levels_.restore(kept_.levels, has_sampled());
 }
 
-// After an incomplete traversal, copies the old entries of the part where the traversal stopped and of all later parts.
+// Completes the cut after a walk has stopped: copies the old entries of the part in which it stopped, and of all later
+// parts.
 void ShellCandidates::keep_rest(std::size_t part) noexcept {
   cut_.resize(part == 0 ? 0 : parts_[part - 1].begin + parts_[part - 1].count);
   for (; part < parts_.size(); ++part) {

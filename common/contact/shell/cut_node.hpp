@@ -20,11 +20,15 @@ namespace tandem::contact {
 /// An entry of the cut: a node of the tree, with a bound of the distances of its points.
 struct CutNode {
   std::uint32_t node = 0;
-  float query_again_at_m = 0;  ///< value of (accumulated motion + band) from which the node must be queried again
-  PlaneSet planes = 0;         ///< planes below the node until its next query; the bound then excludes the band
-  LeafLags lags = {};          ///< for each point of a sampled leaf: additional motion until its next query
-  bool is_leaf = false;        ///< the node is treated as a leaf: its points were sampled
-  bool is_sampled = false;     ///< only eight of its points were sampled; sufficient at this level or a coarser one
+  /// The node must be queried again when accumulated motion + band reaches this value.
+  float query_again_at_m = 0;
+  /// Planes below the node, valid until its next query. If there are any, query_again_at_m is compared with the
+  /// accumulated motion alone, without the band.
+  PlaneSet planes = 0;
+  LeafLags lags = {};    ///< for each point of a sampled leaf: additional motion until its next query
+  bool is_leaf = false;  ///< true: the node is used as a leaf, and its points were sampled
+  /// True: only eight of the node's points were sampled. That suffices at the current level and at coarser ones.
+  bool is_sampled = false;
 
   /// Returns an entry for a node that has no bound yet.
   static CutNode unknown(std::uint32_t node) {
@@ -33,9 +37,9 @@ struct CutNode {
   bool is_known(double moved_m, double band_m) const { return moved_m + (planes != 0 ? 0 : band_m) < query_again_at_m; }
 };
 
-/// A subtree of the shell's tree, with the entries of the cut that belong to it. Each part accumulates its own motion.
-/// When the shape turns, points of a small part move little relative to the part's centre, so the bound of the motion
-/// is tight.
+/// A subtree of the shell's tree, with the entries of the cut that belong to it. Each part has a motion of its own.
+/// When the shape turns, the points of a small part move little relative to the part's centre. The bound of their
+/// motion is therefore smaller than for the whole shape.
 struct CutPart {
   std::uint32_t node = 0;  ///< root of the subtree
   std::uint32_t begin = 0, count = 0;
@@ -46,7 +50,7 @@ struct CutPart {
   double halves_check_after_m = 0;  ///< motion between that next check and the one after it
   bool has_open_question = false;   ///< true: a plane query was omitted; the next check queries the whole part again
   bool waits_for_rest = false;      ///< true: the next check is postponed until the part moves slowly, or has moved far
-  bool has_sampled = false;         ///< true if the part may have sampled nodes (eight points represent all points)
+  bool has_sampled = false;         ///< true: some nodes of the part may be sampled (by eight of their points)
 
   /// Makes the next walk query the part, because one of the part's nodes has no bound.
   void query_now() { query_again_at_m = -std::numeric_limits<double>::infinity(); }
@@ -64,11 +68,11 @@ struct WalkState {
   std::uint32_t root = 0;     ///< root of the part
   float first_at_m = 0;       ///< least accumulated motion at which one of the kept nodes must be queried again
   bool divides_part = false;  ///< true: sampled nodes of this part are being divided
-  bool has_sampled = false;   ///< the part's new cut has a sampled node
+  bool has_sampled = false;   ///< true: the new cut of this part has a sampled node
 };
 
-/// Returns a single-precision number slightly below `a`, so that rounding cannot raise a bound. Above 100: slightly
-/// below 100.
+/// Rounds a bound down to single precision, so that rounding never makes it too large. Bounds above 100 m are reduced
+/// to slightly below 100 m.
 inline float rounded_down(double a) {
   constexpr double kFar = 100;
   const double least = std::min(a, kFar);

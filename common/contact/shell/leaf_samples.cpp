@@ -22,16 +22,19 @@ struct QueryBounds {
   double moved_m, least_band_m, before_m, farthest_m, error_m;
 };
 
-// Largest difference of the distances of points that are merged [m]: a few quanta of a distance grid.
+// Points whose distances differ by at most this value may be merged [m]: a few quanta of a distance grid.
 constexpr double kAlike_m = 1e-6;
-// Least length of the mean of the unit gradients of pressing points that are merged.
+// Pressing points are merged only if the mean of their unit gradients is at least this long, that is, if the gradients
+// are nearly parallel.
 constexpr double kSameWay = 0.98;
-// Limits for a point inside a wall. A gradient shorter than kCreaseSlope means that the field has a crease near the
-// point. At kBesideErrors times the field's error outside the wall, the gradient is accurate. The component of that
-// gradient along the point's normal must be at least kFacingWall.
+// Conditions for a point in a thin wall:
+// * kCreaseSlope: a shorter gradient means that the point is near a crease of the field, in the middle of the wall.
+// * kBesideErrors: at this multiple of the field's error on both sides of the wall, the gradient is accurate.
+// * kFacingWall: least component of these two gradients along the point's normal, in magnitude.
 constexpr double kCreaseSlope = 0.5, kBesideErrors = 4, kFacingWall = 0.6;
-// Depths are corrected only in walls whose half thickness is at most kThinHalfErrors times the field's error. A
-// corrected depth is at most kDeepened times the sampled depth, and at most kStopped times the rigid depth.
+// Limits of the correction in a thin wall:
+// * kThinHalfErrors: largest half thickness of such a wall, as a multiple of the field's error.
+// * kDeepened, kStopped: largest corrected depth, as a multiple of the sampled depth and of the rigid depth.
 constexpr double kThinHalfErrors = 1.5, kDeepened = 4, kStopped = 1.2;
 
 }  // namespace
@@ -86,9 +89,9 @@ LeafSamples::LeafSamples(const PointShell& shell, const ShellNode& node, const D
 }
 
 // Corrects the depths of points in a wall that is hardly thicker than a cell of the grid. In the middle of such a wall,
-// the interpolated depth is too small, and the gradient may point to either face. A point belongs to the face opposite
-// to its normal. Its depth is extrapolated from a sample taken outside that face. The result is limited to the depth at
-// which contact stops the point.
+// the interpolated depth is too small, and the gradient may point to the wrong face. The right face is the one whose
+// outward normal is opposite to the point's normal. The depth below this face is extrapolated from a sample outside of
+// it, and limited to the depth at which contact stops the point.
 void LeafSamples::sample_from_outside(const Eigen::Matrix3d& R_FP, const Vec3& p_FP, double rigid_depth_m) noexcept {
   const double way_m = kBesideErrors * field_.error_m();
   for (std::size_t k = 0; k < size_; ++k) {
@@ -196,7 +199,7 @@ void LeafSamples::add_joined(double band_m, double rigid_depth_m, bool must,
       return;
     }
   }
-  // If both candidates exist, one that presses and one with a gap, the one with a gap gets the id of the last point.
+  // If there are both candidates, the one with a gap gets the id of the last point, so that the ids differ.
   if (presses) {
     press.distance_m *= coherence;
     if (press.gradient_F.isZero()) press.gradient_F = Vec3::UnitZ();

@@ -14,13 +14,13 @@
 
 namespace tandem::contact {
 
-/// For each point of a leaf: additional motion, beyond the leaf's bound, after which the point must be sampled again.
-/// The unit is kLagStep_m; lags are rounded down. The largest value stands for all larger lags.
+/// Lag of each point of a leaf: additional motion, after the leaf's bound is used up, until this point must be sampled
+/// again. The unit is kLagStep_m; lags are rounded down. The largest value also stands for all larger lags.
 using LeafLags = std::array<std::uint8_t, kShellLeafPoints>;
 inline constexpr double kLagStep_m = 8e-6;
 
-/// Lipschitz bound of an interpolated grid. Each of its three partial derivatives is at most about 1, so its gradient
-/// may be up to about √3 long. The gradient of an exact distance has length 1.
+/// Lipschitz constant of an interpolated grid: bound of its slope. Each of the three partial derivatives is at most
+/// about 1, so the gradient may be about √3 long. For an exact distance, the bound would be 1.
 inline constexpr double kSteepest = 1.75;
 /// Tolerance for rounding errors in a field's distances.
 inline constexpr double kRounding_m = 3e-8;
@@ -29,8 +29,9 @@ inline constexpr double kRounding_m = 3e-8;
 /// a larger node, they are some of the points and represent the area of the whole node.
 class LeafSamples {
  public:
-  /// In      lags, up_to_m  a point whose lag exceeds up_to_m is still far and is not sampled
-  ///         rigid_depth_m  depth beyond which contact is rigid; the corrected depth in a thin wall may reach it
+  /// In      lags, up_to_m  points whose lag exceeds up_to_m are certainly far and are not sampled
+  ///         rigid_depth_m  depth beyond which contact is rigid; in a thin wall, a corrected depth is at most 1.2 times
+  ///         this
   LeafSamples(const PointShell& shell, const ShellNode& node, const DistanceField& field, const Eigen::Matrix3d& R_FP,
               const Vec3& p_FP, const LeafLags& lags, double up_to_m, double rigid_depth_m) noexcept;
 
@@ -40,10 +41,11 @@ class LeafSamples {
   std::size_t size() const { return size_; }
   std::uint32_t queries() const { return queries_; }
   double distance_m(std::size_t k) const { return samples_(static_cast<Eigen::Index>(k), 0); }
-  /// Returns the accumulated motion from which some point of the leaf may be within the least band.
+  /// Returns the bound of the leaf: the accumulated motion at which one of its points may come into the least band.
   ///
   /// In      moved_m   accumulated motion now
-  ///         before_m  distance bound of the points that were not sampled, to which `lags` are relative
+  ///         before_m  value of the previous bound, to which `lags` are relative; for points that were not sampled in
+  ///         this step
   /// Out     lags      lag of each point, relative to the result
   double query_again_at_m(double moved_m, double least_band_m, double before_m, LeafLags& lags) const;
   /// Returns the estimated number of points of the node that are nearer than the band.
@@ -52,11 +54,11 @@ class LeafSamples {
   /// Adds each near point as a candidate. If all points are near, equally deep and have the same gradient, one
   /// candidate represents them all.
   void add_points(double band_m, std::vector<ShellCandidate>& candidates) const;
-  /// Adds one candidate for all pressing points, with their force and moment. Adds a second one for the near points
-  /// that do not press. Pressing points are not merged where force would be lost: around an edge, or where only some of
-  /// them are deeper than `rigid_depth_m`.
+  /// Adds one candidate for all pressing points, with their force and moment, and a second one for the near points that
+  /// do not press. In three cases merging would lose force, and each point becomes a candidate: around an edge, in a
+  /// thin wall, or if only some of the pressing points are deeper than `rigid_depth_m`.
   ///
-  /// In      must  true: points are merged even where force is lost
+  /// In      must  true: pressing points are merged in these three cases, too
   void add_joined(double band_m, double rigid_depth_m, bool must, std::vector<ShellCandidate>& candidates) const;
 
  private:

@@ -28,11 +28,11 @@ void LevelPolicy::begin_step() noexcept {
   ++steps_at_level_;
 }
 
-// Counts consecutive steps with too many queries. The limit of queries is higher if few points are near: a coarser
-// level would then lose accuracy, because only eight points of its larger leaves are sampled.
+// Counts consecutive steps with too many queries. If few points are near, more queries are allowed. A coarser level
+// would then lose accuracy, because it samples only eight points of its larger leaves.
 void LevelPolicy::note_load(const SearchLoad& load) noexcept {
-  // Many queries with few pressing points occur in two cases. Parallel surfaces just beyond the band have few near
-  // points. In fast motion the band is wide, and most near points do not press.
+  // Two cases have many queries but few pressing points. If parallel surfaces are just beyond the band, few points are
+  // near. In fast motion, the band is wide, and most near points do not press.
   const bool is_near = load.near_count > capacity_ && !is_wide(load.band_m);
   const bool is_next_as_fine = coarser_level(false, load.band_m) <= kSearch.finer_where_pressed;
   const double more = is_near ? 1 : is_next_as_fine ? kSearch.query_margin : kSearch.query_margin_else;
@@ -101,10 +101,11 @@ int LevelPolicy::next_coarser_level(const SearchLoad& load) noexcept {
   return coarser_level(load.contacts > capacity_ && dense_steps_ == 0, load.band_m);
 }
 
-// Returns the next coarser level.
-// * Level 0 merges a leaf's points but saves no queries. It is used only if there are too many contacts.
+// Returns the next coarser level:
+// * After the finest level, level 0 is used only if there are too many contacts. It merges the points of a leaf, but
+//   needs as many queries.
 // * Above level 1, every second level is skipped.
-// * Levels whose leaves near the surface equal those of level 0 are skipped.
+// * A level whose near leaves are as small as those of level 0 is skipped.
 int LevelPolicy::coarser_level(bool has_too_many, double band_m) const {
   const int next = is_fine() && !has_too_many ? 1 : level_ <= 0 ? level_ + 1 : level_ + 2;
   return std::min(acts_as_level_0(next, band_m) ? kSearch.finer_where_pressed + 1 : next, coarsest_level_);

@@ -1,5 +1,5 @@
-// Queries nodes of the cut. A queried node is replaced by its children, or becomes a leaf or a node above planes.
-// "Full" means: the cut or the list of candidates has reached its capacity. cut_node.hpp defines the terms.
+// Functions that query nodes of the cut, that is, compute their distances. A queried node becomes a far entry of the
+// new cut, a leaf or a node above planes, or its children are queried. cut_node.hpp defines the terms.
 #include <algorithm>
 #include <bit>
 #include <limits>
@@ -9,7 +9,8 @@
 
 namespace tandem::contact {
 
-// Queries a node and, where necessary, its descendants. Returns false if the cut or the list of candidates is full.
+// Queries a node. If it is near and larger than a leaf, queries its children instead, and so on. Returns false if the
+// cut, the list of candidates or the limit of queries is exceeded.
 bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t end = nodes[root].next;
@@ -19,7 +20,7 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double mov
     if (walk_.work.queries() > walk_.query_limit) return false;
     const double nearest = i == root ? root_nearest_m : nearest_m(node);
     const bool is_far = nearest > band_m, is_small = node.count <= levels_.leaf_points(nearest);
-    // A flat node above planes needs only a few contacts. At any level, it may therefore be larger than a leaf.
+    // A flat node above planes needs only a few contacts, even if it has more points than a leaf of the current level.
     const bool may_be_flat = !is_far && node.count > std::min(levels_.leaf_points(nearest), kSearch.planes_above);
     const CutNode above = may_be_flat ? planes_.planes_below(i, moved_m, motion_) : CutNode{};
     if (is_far) {
@@ -38,11 +39,12 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double mov
   return true;
 }
 
-// Samples the points of a leaf that may be near. The other points are skipped, because their bounds still hold.
+// Samples those points of a leaf that may be near, according to their bounds. Returns false if the cut, the list of
+// candidates or the limit of queries is exceeded.
 bool ShellCandidates::open_leaf(const CutNode& entry, double moved_m, double band_m) noexcept {
   const ShellNode& node = shell_->nodes[entry.node];
-  // If a leaf has more points than the leaves of level 0, eight samples suffice as long as none of its points can
-  // press.
+  // A leaf with more points than those of level 0 is represented by eight samples. These suffice until some point of
+  // the leaf may press; divided_at_m is the motion at which that is possible.
   double divided_at_m = std::numeric_limits<double>::infinity();
   if (!node.is_leaf && node.count > levels_.leaf_points(0)) {
     const double nearest = nearest_m(node);
@@ -62,7 +64,8 @@ bool ShellCandidates::open_leaf(const CutNode& entry, double moved_m, double ban
   return keep(queried, moved_m, band_m);
 }
 
-// Replaces a sampled node by its children. Returns false if the cut or the list of candidates is full.
+// Replaces a sampled node by its children. Returns false if the cut, the list of candidates or the limit of queries is
+// exceeded.
 bool ShellCandidates::open_children(std::uint32_t root, double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t queries = walk_.work.queries(), points = walk_.work.points;
@@ -79,8 +82,8 @@ bool ShellCandidates::open_children(std::uint32_t root, double moved_m, double b
   return has_room;
 }
 
-// Adds a node above planes as a candidate. If the planes are beyond the band, keeps it as a far node instead. Returns
-// false if the cut or the list of candidates is full.
+// Adds a node above planes as a candidate. If all its planes are farther away than the band, the node becomes a far
+// entry of the cut instead. Returns false if the cut or the list of candidates is full.
 bool ShellCandidates::open_planes(const CutNode& above, double moved_m, double band_m) noexcept {
   const OrientedBox box_F =
       shell_->flat_nodes[shell_->nodes[above.node].flat].box_S().moved(motion_.R_FP(), motion_.p_FP());
@@ -99,8 +102,8 @@ bool ShellCandidates::open_planes(const CutNode& above, double moved_m, double b
          append({.node = above.node, .query_again_at_m = at_m, .planes = above.planes});
 }
 
-// If the last two entries of the cut are the halves of a node above planes, that node replaces them. This is repeated
-// with the new last entry. Returns false if the list of candidates is full.
+// Joins the last two entries of the cut if they are the halves of a node that is above planes: the node replaces them.
+// Then does the same with the new last entry, and so on. Returns false if the cut or the list of candidates is full.
 bool ShellCandidates::join_above_planes(double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   while (cut_.size() > 1) {

@@ -25,13 +25,13 @@ CutNode PlaneCache::planes_below(std::uint32_t index, double moved_m, const Shel
   CutNode& answer = answers_[index % kAnswers];
   if (answer.node == index && moved_m < answer.query_again_at_m) return answer;
   OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(motion.R_FP(), motion.p_FP());
-  // The accumulated motion bounds only the motion of points in the ball around the solid. Points outside the ball may
-  // move farther, in proportion to their distance from its centre. Only nodes within kSearch.sideways radii of the
-  // centre are queried.
+  // The accumulated motion bounds the motion of points inside a ball around the solid. Points outside the ball may move
+  // farther, in proportion to their distance from its centre. Nodes that extend beyond kSearch.sideways radii are
+  // therefore not queried.
   const double reach_m = (box_F.centre - motion.solid_centre_F()).norm() + box_F.half_m.norm();
   if (reach_m > kSearch.sideways * motion.solid_radius_m()) return {};
-  // A node that was above planes is always queried. Once the limit of queries is reached, other nodes are not queried
-  // in this step. The flag makes a later check of the part query them.
+  // When the step has reached its limit of queries, a node is queried only if it was above planes before. For other
+  // nodes, the flag requests a later check of the part, which queries them.
   const bool was_above = answer.node == index && answer.planes != 0;
   if (!was_above && queries_ >= max_queries_) {
     has_open_question_ = true;

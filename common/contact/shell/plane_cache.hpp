@@ -12,9 +12,9 @@
 
 namespace tandem::contact {
 
-/// Stores the planes below each node, and the accumulated motion until which the result is valid. A plane query of a
-/// grid takes microseconds. New queries of a step may therefore read only a limited number of entries of the field's
-/// table of planes.
+/// For each flat node, stores the planes below it and the accumulated motion until which this result is valid. A plane
+/// query of a grid takes microseconds. To bound their cost, the new queries of a step may read only a limited number of
+/// entries of the field's table of planes.
 /// Thread  any, one at a time; no allocation after construction
 class PlaneCache {
  public:
@@ -27,11 +27,11 @@ class PlaneCache {
   /// Sets the number of table entries that new queries of this step may read.
   void set_limit(std::size_t queries) noexcept { max_queries_ = queries; }
   void begin_part() noexcept { has_open_question_ = false; }
-  /// Returns whether some node of the part was not queried because of the limit.
+  /// Returns whether the limit has prevented the query of a node since begin_part().
   bool has_open_question() const { return has_open_question_; }
 
-  /// Returns the planes below a node. They are valid for all positions that the node can reach before its next query.
-  /// The set is empty if the node is above no plane or was not queried.
+  /// Returns the planes below a node, with the accumulated motion until which they are valid. The set is empty if the
+  /// node is above no plane, or if it was not queried because of the limit.
   ///
   /// In      moved_m  accumulated motion of the node's part
   CutNode planes_below(std::uint32_t index, double moved_m, const ShellMotion& motion) noexcept;

@@ -15,18 +15,20 @@ struct SearchSettings {
 
   /// Distance below which a node may press before its next query [m]. The leaves of such nodes are finer.
   double may_press_m = 2e-4;
-  /// Number of levels by which the leaves of nodes that may press are finer. At levels up to this number, such leaves
-  /// have 8 points.
+  /// The leaves of nodes that may press are as small as those of far nodes at a level lower by this number. At levels
+  /// up to this number, they have 8 points.
   int finer_where_pressed = 4;
-  /// Queries of a step, per contact of the capacity: one for a point, and 0.3 for the tree nodes that contain it.
+  /// Usual number of queries of a step, as a multiple of the capacity: 1 for each point, and 0.3 for the tree nodes
+  /// above the points.
   double queries_per_candidate = 1.3;
   /// Band above which the motion counts as fast [m]. In fast motion few bounds are still valid in the next step, and
   /// most near points do not press.
   double wide_band_m = 1e-3;
   /// Number of consecutive steps with too many queries that are tolerated. The next such step begins a coarser level.
   std::uint32_t max_dense_steps = 4;
-  /// Factors by which the limit of queries is raised if few points are near. The first applies if the next coarser
-  /// level has the same leaves for pressing points. The second applies if a coarser level would lose accuracy.
+  /// Factors by which the limit of queries is raised if few points are near. The first one applies if the next coarser
+  /// level has equally small leaves near the surface. The second one applies if that level has larger leaves and would
+  /// lose accuracy.
   double query_margin = 1.3, query_margin_else = 2;
   /// Limits of the queries of one walk, as multiples of the usual queries of a step. The first is for a usual step, the
   /// second for the first step at a coarser level, the third for a first cut. They bound the duration of the slowest
@@ -38,24 +40,27 @@ struct SearchSettings {
   /// First and longest interval between trials [steps]. The interval doubles after each failed trial, because a trial
   /// costs one walk.
   std::uint32_t steps_per_try = 64, max_steps_per_try = 1024;
-  /// Steps until the finest level is tried if the near points are so few that they certainly fit into the capacity. The
-  /// test ShellCut.IsFineSoonAfterAHardLanding requires a fine level within 20 steps of a hard landing.
+  /// Steps after which the finest level is tried if the near points are so few that they certainly fit into the
+  /// capacity. The test ShellCut.IsFineSoonAfterAHardLanding requires a fine level within 20 steps after a hard
+  /// landing.
   std::uint32_t steps_to_finest = 16;
-  /// Fractions of the capacity below which a finer level is tried. The first applies to the near points at level 0, the
-  /// second to the contacts at other levels, the third to the near points before the finest level. A finer level may
-  /// double the contacts, so the last two are below 0.5.
+  /// A finer level is tried if a count is below this fraction of the capacity:
+  /// * finer_below: number of near points, at level 0
+  /// * finer_level_below: number of contacts, at coarser levels. It is below 0.5, because a finer level may double the
+  ///   contacts
+  /// * finest_below: number of near points, for a trial of the finest level from any level
   double finer_below = 0.8, finer_level_below = 0.4, finest_below = 0.4;
 
   // Dividing of sampled nodes.
 
-  /// Steps at a level before dividing begins. If the divided nodes exceeded the capacity, the number doubles, up to
-  /// max_steps_per_try. After fast motion, the greatest depth of one mesh stayed at 1.00 mm without dividing, and at
-  /// 0.55 mm with dividing.
+  /// Number of steps at a level before dividing begins. The number doubles, up to max_steps_per_try, each time the
+  /// divided nodes exceed a capacity. After fast motion, the greatest depth of one mesh was 1.00 mm without dividing,
+  /// and 0.55 mm with dividing.
   std::uint32_t steps_to_divide = 4;
-  /// Nodes are divided up to these fractions of the capacity and of the limit of the cut. The children may need twice
-  /// as many contacts and entries.
+  /// Fractions of the capacity and of the limit of the cut. Dividing starts only while the contacts and the entries of
+  /// the cut are below these fractions, because the children of all sampled nodes may need twice as many.
   double divided_below = 0.4, divided_cut_below = 0.45;
-  /// The budget for dividing is reduced by this number of queries for each point that the last walk queried.
+  /// Queries by which the budget for dividing is reduced, for each point that the last walk queried.
   std::uint32_t queries_per_point = 2;
 
   // Joining of far nodes.
@@ -68,9 +73,9 @@ struct SearchSettings {
   /// Two nodes are joined if the bounds of both exceed the band by this distance [m]. With 1 mm, a mesh with needles
   /// among needles stayed at a coarse level, and its greatest depth was 0.78 mm; with 0.3 mm, it was 0.57 mm.
   double join_beyond_m = 3e-4;
-  /// Two halves of a node are joined if the bounds of both allow a further motion of this fraction of the node's
-  /// radius. The margin is needed because the ball around the joined node is larger and must be far, too. The fraction
-  /// falls to zero as the cut fills up, and is zero for the first cut.
+  /// Two far halves of a node are joined if the bounds of both allow a further motion of this fraction of the node's
+  /// radius. The margin is needed because the node's ball is larger than those of its halves, but must be far, too. The
+  /// fraction falls to zero as the cut fills up, and is zero for the first cut.
   float join_at = 0.5F;
 
   // Motion.
@@ -81,28 +86,29 @@ struct SearchSettings {
   /// Largest motion in a step that counts as slow [m]; 0.02 m/s at 1 kHz. Cached planes are then valid for five to ten
   /// steps.
   double slow_m = 2e-5;
-  /// Motion of a part between two checks for halves that can be joined above planes [m]. For example, small nodes that
-  /// have passed a groove can become one large node again. share_of() spreads the checks, and a step checks at most one
-  /// part. The motion doubles after a check that joined too little. It is the maximum if plane queries were omitted in
-  /// fast motion.
+  /// Motion of a part between two checks for pairs of halves that one node above planes can replace [m]: first and
+  /// largest value. For example, small nodes that have passed a groove can become one large node again. A step checks
+  /// at most one part, and share_of() spreads the checks over the steps. The motion doubles after a check that joined
+  /// too little. The largest value is used if plane queries were omitted in fast motion.
   double halves_check_motion_m = 4e-3, max_halves_check_motion_m = 16e-3;
 
   // Plane queries.
 
-  /// Flat nodes with more points than this are queried for planes at any level, because eight sampled points would
-  /// represent them badly. With 128 points, the greatest depth of one mesh was 1.17 mm; with 1,024 points, that of
-  /// another mesh was 1.95 mm.
+  /// Flat nodes with more points than this are queried for planes at any level, because eight sampled points represent
+  /// them badly. The greatest depth of one mesh was 1.17 mm with 128 points. That of another mesh was 1.95 mm with
+  /// 1,024 points.
   std::uint32_t planes_above = 256;
   /// Motion after which nodes above planes are queried again [m]. share_of() spreads these queries over several steps.
   double plane_motion_m = 2e-4;
   /// Longest motion after which a node that is not above planes is queried for planes again [m]; the shortest is half
   /// of it. With two to three times this motion the search was faster, but steps of the force grew from 0.13 to 0.19 N.
   double no_planes_m = 6e-4;
-  /// Upper bound of the motion of points in any direction, as a multiple of the accumulated motion of their part. It
-  /// exceeds 1 because the accumulated motion is an upper bound only within the ball around the solid, and near points
-  /// may be slightly outside this ball.
+  /// Plane queries assume that a point moves in any direction by at most this multiple of the accumulated motion of its
+  /// part. The accumulated motion alone is such a bound only inside the ball around the solid, and near points may be
+  /// slightly outside.
   double sideways = 1.5;
-  /// Solids whose ball has a smaller radius [m] are not queried for planes, because the bound `sideways` does not hold.
+  /// Solids in a ball of a smaller radius [m] are not queried for planes, because points beside them move more than
+  /// `sideways` assumes.
   double min_solid_m = 5e-3;
   /// Limits on the number of entries that new plane queries of a step may read from the field's table of planes. The
   /// first is for a usual step, the second for the first step of a level, the third for a first cut or a wide band. One

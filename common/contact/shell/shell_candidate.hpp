@@ -1,4 +1,5 @@
-// A candidate for contact, as found by the search in a shell; the number of contacts that it needs; and the work done.
+// Results of the search in a shell: candidates for contacts, the number of contacts that they need, and the work of the
+// search.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +14,8 @@ namespace tandem::contact {
 struct ContactWork {
   std::uint32_t nodes = 0;
   std::uint32_t points = 0;
-  bool is_coarse = false;     ///< points were merged, because the budget does not suffice for single points
-  bool is_refreshed = false;  ///< the field was queried; false: the result of the last step is still valid
+  bool is_coarse = false;     ///< true: points were merged, because the budget does not suffice for single points
+  bool is_refreshed = false;  ///< true: the field was queried; false: the last step's result is still valid
 
   std::uint32_t queries() const { return nodes + points; }
   ContactWork& operator+=(const ContactWork& other) {
@@ -33,8 +34,8 @@ struct ShellCandidate {
   double distance_m = 0;            ///< distance to the field's surface at this pose; unused for nodes above planes
   Vec3 gradient_F = Vec3::UnitZ();  ///< gradient of the field at this pose; length about 1
   std::uint32_t first = 0;
-  std::uint32_t count = 0;  ///< the candidate represents points first .. first + count − 1
-  std::uint32_t node = 0;   ///< index of the node, if `planes` is not empty
+  std::uint32_t count = 0;  ///< number of points that the candidate represents, beginning with the point `first`
+  std::uint32_t node = 0;   ///< index of the node above planes; unused for points
   PlaneSet planes = 0;      ///< planes below the node; none for points
 };
 

@@ -1,5 +1,5 @@
-// One step of the search: accumulates the motion since the last step and chooses the level of detail. cut_node.hpp
-// defines the terms.
+// One step of the search: adds the motion of the step, chooses the level, and walks the cut. cut_node.hpp defines the
+// terms.
 #include "common/contact/shell/shell_candidates.hpp"
 
 #include <algorithm>
@@ -13,7 +13,8 @@ namespace tandem::contact {
 
 ShellCandidates::ShellCandidates(std::uint32_t capacity) : list_(capacity) {
   for (auto* parts : {&parts_, &kept_.parts}) parts->reserve(kParts + 1);
-  // A trial of a finer level first stores the current cut. Trials start only if the cut uses at most half of its limit.
+  // Before a trial of a finer level, the current cut is stored. Most trials start while the cut uses at most half of
+  // its limit.
   kept_.cut.reserve(cut_limit() / 2);
   cut_.reserve(cut_limit());
   old_cut_.reserve(cut_limit());
@@ -30,7 +31,8 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   least_band_m_ = std::numeric_limits<double>::infinity();
   has_rested_ = false;
   divided_up_to_ = 0;
-  // At the coarsest level, each undivided part gives two candidates.
+  // At the coarsest level, each part that is not divided gives up to two candidates. A quarter of the capacity
+  // therefore suffices as the number of parts.
   divide(std::clamp<std::size_t>(list_.capacity() / 4, 1, kParts));
   std::uint32_t most_points = 0;
   for (const CutPart& part : parts_) most_points = std::max(most_points, shell_->nodes[part.node].count);
@@ -71,8 +73,8 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   if (shell_ == nullptr || shell_->nodes.empty() || motion_.is_out_of_reach(X_FP, band_m)) return work;
   work.is_coarse = !levels_.is_fine();
   const bool is_at_rest = !levels_.is_first_cut() && band_m == band_m_ && is_same(X_FP, motion_.X_FP());
-  // After the motion has stopped, one more step is searched. It measures how many queries a step needs without motion.
-  // That number decides whether a finer level may be tried.
+  // When the motion stops, one more step is searched, to measure the number of queries of a step without motion. This
+  // number decides whether a finer level is tried.
   const bool has_rested = std::exchange(has_rested_, is_at_rest) || levels_.is_fine();
   if (is_at_rest && has_rested) {
     const std::uint32_t to_divide = queries_to_divide();
@@ -113,8 +115,9 @@ void ShellCandidates::restart_motion(CutPart& part) noexcept {
   part.moved_m = 0;
 }
 
-// Adapts the bounds to a narrower band. The bounds of points hold only for the narrowest band so far, because the
-// field's slope may exceed 1. The difference of the bands is therefore added to the motion.
+// Sets the band of this step. The bounds of points hold for the narrowest band so far, because the field's slope may
+// exceed 1. If this band is narrower, a part of the difference is added to the accumulated motion, so that the bounds
+// hold again.
 void ShellCandidates::allow_band(double band_m) noexcept {
   band_m_ = band_m;
   if (band_m >= least_band_m_) return;
@@ -126,7 +129,7 @@ void ShellCandidates::allow_band(double band_m) noexcept {
 
 // Stores the gap between shapes that are far apart, so that later steps only compare poses.
 void ShellCandidates::remember_gap() noexcept {
-  // Above level 0, only some points of a leaf are sampled, so the distance of the nearest point is unknown.
+  // Above level 0, only some points of a leaf may be sampled, so the gap is not known.
   if (!list_.all().empty() || levels_.level() > 0) return motion_.set_gap(-1);
   double gap_m = std::numeric_limits<double>::infinity();
   for (const CutPart& part : parts_) gap_m = std::min(gap_m, part.query_again_at_m - part.moved_m);
@@ -151,8 +154,9 @@ std::uint32_t ShellCandidates::queries_to_divide() const {
   return queries > 0 && has_sampled() ? queries : 0;
 }
 
-// Walks the cut (traverses it once). The level changes before the walk if the counts of the last walk require it. If
-// the walk exceeds the limit of contacts or queries, the step walks again at a coarser level.
+// Performs the search of one step. First, the level changes if the counts of the last walk require it. Then the cut is
+// walked (traversed once). If the walk exceeds a limit, the step walks again at a coarser level, until a walk is
+// complete.
 void ShellCandidates::search(double band_m) noexcept {
   bool is_postponed = false;
   const auto switch_to_coarser = [&] {
@@ -176,8 +180,8 @@ void ShellCandidates::begin_coarser() noexcept {
   change_level(level);
 }
 
-// Tries a finer level. Returns false if the walk at that level exceeds a capacity. The previous cut is then restored;
-// if it was too large to be stored, a coarser level begins instead.
+// Tries a finer level. Returns false if the walk at that level exceeds a capacity or limit. In this case, the previous
+// cut is restored. If it was too large to be stored, a coarser level begins instead.
 bool ShellCandidates::has_room_finer(double band_m) noexcept {
   const bool is_kept = keep_cut();
   change_level(levels_.finer_level(load()));

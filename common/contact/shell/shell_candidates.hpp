@@ -1,7 +1,7 @@
-// Finds the points of a shell that are near the surface of another shape, or inside it, at a pose. Visiting the whole
-// tree over the shell would take much longer than a step. The search therefore starts from the cut through the tree
-// where the last step ended. It queries only those nodes that may have come near since then. cut_node.hpp defines the
-// terms.
+// Finds the points of a shell that are near the surface of another shape, or inside it. Visiting the whole tree over
+// the shell would take much longer than a step. Each search therefore starts with the cut through the tree at which the
+// previous search ended. It queries only those nodes of the cut that may have become near in the meantime. cut_node.hpp
+// defines the terms.
 #pragma once
 
 #include <cstdint>
@@ -23,15 +23,17 @@ struct ContactShape;
 
 /// Finds the points of a shell (frame P) near the surface of a field (frame F), or inside it.
 ///
-/// Model   The search stores a cut through the tree: nodes that together contain each point once. Each node of the cut
-///         has a lower bound of the distances of its points: distance(centre) − radius, or for a leaf the least sampled
-///         distance. A node is queried again only when the shell has moved relative to the field by that bound. If the
-///         near points exceed the capacity, the pressing points of a leaf are merged into one candidate with their
-///         force and moment, and the other near points into a second one. If there are still too many candidates,
-///         larger nodes become leaves, of which only eight points are sampled. Nodes that cannot press become larger
-///         first
-/// Source  after Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967: the skin of a neighbour
-///         list is a margin for motion. The cut, the bound of the motion and the larger leaves are ours
+/// Model   1. The search stores a cut through the tree: nodes that together contain each point once.
+///         2. For each node of the cut, it stores a lower bound of the distances of the node's points: distance(centre)
+///            − radius, or the least sampled distance for a leaf. A node is queried again only when the shell has moved
+///            by this bound.
+///         3. If there are too many near points for the capacity, the points of each leaf are merged into two
+///            candidates: one for the pressing points, with their force and moment, and one for the near points that do
+///            not press.
+///         4. If there are still too many candidates, larger nodes are used as leaves, first those that cannot press.
+///            Only eight points of such a leaf are sampled
+/// Source  the margin for motion is the skin of a neighbour list: Verlet, "Computer experiments on classical fluids I",
+///         Phys. Rev. 159, 1967. The cut, the bound of the motion and the larger leaves are our own
 /// Thread  any, one at a time; no allocation after construction
 class ShellCandidates {
  public:
@@ -49,10 +51,11 @@ class ShellCandidates {
   /// Candidates in the order of the shell; no point of the shell is in two of them.
   std::span<const ShellCandidate> candidates() const { return list_.all(); }
   const PointShell& shell() const { return *shell_; }
-  /// Returns the number of further contacts that the capacity allows. A node above planes uses least_contacts_of() of
-  /// the capacity; any other candidate uses one.
+  /// Returns the number of contacts that are left of the capacity. Each node above planes has used least_contacts_of()
+  /// of it, and each other candidate one.
   std::size_t room() const { return list_.capacity() - list_.contacts(); }
-  /// Returns the number of additional contacts that the candidates need to represent every plane below their nodes.
+  /// Returns the number of additional contacts that nodes above several planes need. The capacity includes contacts for
+  /// only one plane of each node.
   std::size_t more_contacts() const { return list_.more_contacts(); }
 
  private:
@@ -123,10 +126,10 @@ class ShellCandidates {
   std::vector<CutNode> old_cut_;
   KeptCut kept_;
   std::size_t divided_up_to_ = 0;  ///< index of the part with which the next step continues dividing
-  std::uint32_t walk_points_ = 0;  ///< points queried by the last complete walk; those of dividing are not counted
-  bool has_rested_ = false;        ///< the last step had the same pose as the step before it
+  std::uint32_t walk_points_ = 0;  ///< number of points queried by the last complete walk, except by dividing
+  bool has_rested_ = false;        ///< true: in the last step, pose and band were the same as in the step before
   double band_m_ = 0;              ///< band of the last step
-  double least_band_m_ = 0;        ///< least band so far
+  double least_band_m_ = 0;        ///< narrowest band so far; the bounds of points hold for this band
 };
 
 }  // namespace tandem::contact

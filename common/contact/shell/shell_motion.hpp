@@ -11,10 +11,10 @@ struct ContactShape;
 /// Pose of the points in the field's frame, their motion in the last step, and the gap between shapes that are far
 /// apart.
 ///
-/// Model   Two motions bound the change of each distance: the motion of the points in the field's frame, and the motion
-///         of the solid in the points' frame. The smaller of the two is used. The second one is small if a small tool
-///         turns above a large table. A rotation by the quaternion q moves a point at distance r from the centre by at
-///         most 2 |vec(q)| r
+/// Model   The change of any distance is bounded by two motions: that of the points in the field's frame, and that of
+///         the solid in the points' frame. The smaller one is used. For example, when a small tool turns above a large
+///         table, the points of the table move far in the tool's frame, but the tool moves little in the table's frame.
+///         A rotation by the quaternion q moves a point at the distance r from the centre by at most 2 |vec(q)| r
 /// Thread  any, one at a time; no allocation
 class ShellMotion {
  public:
@@ -49,7 +49,7 @@ class ShellMotion {
   // The following members describe the last move().
   Eigen::Matrix3d turn_ = Eigen::Matrix3d::Zero();  ///< change of R_FP
   Vec3 shift_ = Vec3::Zero();                       ///< change of p_FP
-  double turned_ = 0;         ///< upper bound of the motion by rotation, divided by the distance from the centre
+  double turned_ = 0;         ///< motion of a point by the rotation, per distance from the centre: upper bound
   double solid_moved_m_ = 0;  ///< motion of the solid relative to the points
 
   double gap_m_ = -1;  ///< lower bound of all distances at X_FP_gap_; negative: unknown

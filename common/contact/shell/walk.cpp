@@ -37,13 +37,15 @@ bool ShellCandidates::walk(double band_m) noexcept {
   return true;
 }
 
-/// Computes the distances of the next eight inner nodes of the cut together, so that their memory accesses overlap.
+/// Computes distances ahead of their use: those of the next eight inner nodes of the cut that need a query. Their
+/// memory accesses overlap.
 class ShellCandidates::Ahead {
  public:
   Ahead(const ShellCandidates& search, std::span<const CutNode> entries, double moved_m, double band_m)
       : search_(search), entries_(entries), moved_m_(moved_m), band_m_(band_m) {}
 
-  /// Returns the next distance. Must be called once for each inner node that needs a query, in order.
+  /// Returns a lower bound of the distances of the next such node. Must be called once for each of these nodes, in
+  /// their order.
   double next_nearest_m() noexcept {
     if (at_ == count_) query();
     return nearest_m_[at_++];
@@ -92,7 +94,7 @@ bool ShellCandidates::walk_part(CutPart& part, double band_m) noexcept {
     const bool is_whole = is_due && part.has_open_question;
     if (is_whole && !open(part.node, nearest_m(shell_->nodes[part.node]), part.moved_m, band_m)) return false;
     Ahead ahead(*this, entries, part.moved_m, band_m);
-    bool was_queried = false;  // whether the previous entry was queried
+    bool was_queried = false;  // true: the previous entry was queried
     for (std::size_t i = 0; i < entries.size() && !is_whole; ++i) {
       if (!was_queried && !is_due && !walk_.divides_part) i += append_known(entries.subspan(i), part.moved_m, band_m);
       if (i == entries.size()) break;
@@ -128,7 +130,8 @@ bool ShellCandidates::walk_part(CutPart& part, double band_m) noexcept {
   return true;
 }
 
-// Decides when the part is next checked for halves that can be joined above planes.
+// Sets the accumulated motion at which the part is next checked for pairs of halves that can be replaced by one node
+// above planes.
 //
 // In      was_worth_it  true: this walk reduced the number of entries by at least a fifth
 void ShellCandidates::plan_halves_check(CutPart& part, bool is_due, bool was_worth_it) noexcept {
@@ -137,8 +140,9 @@ void ShellCandidates::plan_halves_check(CutPart& part, bool is_due, bool was_wor
     part.has_open_question = true;
     part.halves_check_at_m = part.moved_m;
   } else if (is_due && planes_.has_open_question()) {
-    // In slow motion, results remain valid and accumulate over several steps until the check is complete. In fast
-    // motion, results become invalid too soon, so the check is postponed.
+    // The check is incomplete, because the limit of plane queries was reached. In slow motion, results of queries
+    // remain valid for several steps, so the check continues in the next step. In fast motion, they become invalid too
+    // soon, so the check is postponed.
     part.waits_for_rest = !is_slow;
     part.halves_check_at_m = part.moved_m + (is_slow ? 0 : share_of(part.node) * kSearch.max_halves_check_motion_m);
   } else if (is_due) {
@@ -150,8 +154,8 @@ void ShellCandidates::plan_halves_check(CutPart& part, bool is_due, bool was_wor
   }
 }
 
-// Appends an entry. If the previous entry is the sibling of this node, and both bounds allow enough motion (see
-// kSearch.join_at), the parent replaces both. Returns false if the cut is full.
+// Appends an entry that is not above planes. If this entry and the previous one are halves of the same node, and the
+// bounds of both allow enough motion (see kSearch.join_at), the node replaces them. Returns false if the cut is full.
 bool ShellCandidates::keep(const CutNode& entry, double moved_m, double band_m) noexcept {
   const auto& nodes = shell_->nodes;
   const auto known_at_m = static_cast<float>(moved_m + band_m);
@@ -163,7 +167,7 @@ bool ShellCandidates::keep(const CutNode& entry, double moved_m, double band_m) 
   while (!cut_.empty() && entry.planes == 0 && at_m > known_at_m && node != walk_.root) {
     const CutNode& before = cut_.back();
     if (!(before.query_again_at_m > known_at_m) || before.planes != 0 || before.node <= walk_.root) break;
-    // Nodes that dividing has just replaced by their children are not joined again in the same walk.
+    // If this walk divides the part, sampled nodes are not joined, since that would undo the dividing.
     if (walk_.divides_part && (is_sampled || before.is_sampled)) break;
     const std::uint32_t parent = before.node - 1;
     if (nodes[before.node].next != node || nodes[parent].is_leaf || nodes[parent].next != nodes[node].next) break;
@@ -178,8 +182,7 @@ bool ShellCandidates::keep(const CutNode& entry, double moved_m, double band_m) 
                             : append({.node = node, .query_again_at_m = at_m, .is_sampled = is_sampled});
 }
 
-// Copies the leading entries that are above no planes and whose bounds still hold. Returns the number of copied
-// entries.
+// Copies entries up to the first one that is above planes or must be queried. Returns the number of copied entries.
 std::size_t ShellCandidates::append_known(std::span<const CutNode> entries, double moved_m, double band_m) noexcept {
   const auto most = std::min(entries.size(), cut_limit() - cut_.size());
   std::size_t count = 0;

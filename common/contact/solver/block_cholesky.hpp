@@ -1,5 +1,5 @@
-// Solves the linear systems of the contact solver. The matrix consists of 6×6 blocks, one row of blocks for each body,
-// in preallocated memory.
+// Solves the linear systems of the contact solver. The matrix consists of 6×6 blocks: block (i, k) couples the bodies i
+// and k. All memory is preallocated.
 #pragma once
 
 #include <cstdint>

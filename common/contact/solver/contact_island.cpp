@@ -10,17 +10,16 @@
 namespace tandem::contact {
 namespace {
 
-/// Newton's method ends when the residual velocity is below this, in the norm of the kinetic energy. The residual of a
-/// step is not corrected by later steps. At 1 kHz, this tolerance is an error of the acceleration of 1e-8 m/s².
-/// Rounding errors are smaller.
+/// Newton's method ends when the residual velocity is below this value, in the norm of the kinetic energy. Later steps
+/// do not correct the residual, so it acts as an acceleration error: 1e-8 m/s² at 1 kHz. Rounding errors are smaller.
 constexpr double kTolerance_m_per_s = 1e-11;
-/// Number of iterations in which friction limits follow the normal forces. Limits and forces have then usually
-/// converged to a few parts in a thousand.
+/// Number of first iterations in which each friction limit is μ times the normal force of the iterate. After these,
+/// limits and forces have usually converged to a few parts in a thousand.
 constexpr std::uint32_t kFollowingIterations = 4;
 /// Maximum number of times that an island is solved again with updated friction limits.
 constexpr std::uint32_t kRounds = 3;
-/// Number of iterations with the exact laws of couplings, which suffices for most islands. Later iterations use
-/// linearised couplings.
+/// Number of iterations with the exact laws of couplings, which suffices for most islands. If more are needed,
+/// couplings are linearised.
 constexpr std::uint32_t kExactIterations = 12;
 /// The line search ends when the slope of the potential is at most this fraction of the slope at its start.
 constexpr double kSlopeLeft = 0.1;
@@ -28,7 +27,8 @@ constexpr int kLineSearchSteps = 12;
 /// Ratio of the hard floor's stiffness to the island's mass / h², with the step h. A contact that arrives at 1 m/s
 /// penetrates the floor by h · 1 m/s / (1 + kHardness), which is 0.09 mm at 1 kHz.
 constexpr double kHardness = 10;
-/// Depth to which the forces on the island at the start of a step may press one contact into the hard floor [m].
+/// Permitted depth of one contact in the hard floor [m], if all forces on the island at the start of a step press on
+/// this contact.
 constexpr double kHardGive_m = 2e-5;
 
 Twist twist_of(const Vec6& v) {
@@ -100,8 +100,8 @@ void ContactIsland::begin(double step_s, std::span<IslandBody* const> bodies, st
   set_hardness();
 }
 
-// Computes the stiffness of the hard floor (ContactRows). It suffices for the worst case, in which one contact of the
-// lightest body stops the inertia of the whole island against all forces on the island.
+// Computes the stiffness of the hard floor, which carries contacts beyond the rigid depth (ContactRows). It suffices
+// for the worst case: one contact of the lightest body must stop the whole island against all forces on it.
 void ContactIsland::set_hardness() noexcept {
   double push_n = 0;
   for (const IslandBody* body : bodies_) push_n += body->push_n;
@@ -113,11 +113,12 @@ void ContactIsland::set_hardness() noexcept {
 }
 
 // Solves the island in up to three stages:
-// 1. Friction limits follow the normal forces. The desired solution has such limits, but there is no potential, so the
-//    iteration may not converge. In most steps it converges here.
-// 2. Friction limits are kept at their last values and, if necessary, couplings are linearised. This always converges.
-// 3. The limits may come from an early iterate with normal forces many times too large, for example when sliding bodies
-//    collide. The island is therefore solved again with the friction limits of the solution found.
+// 1. Each friction limit is μ times the normal force of the current iterate, as in the desired solution. Such forces
+//    have no potential, so the iteration may not converge, but it does so in most steps.
+// 2. Friction limits are kept constant, and couplings are linearised if necessary. The forces then have a potential,
+//    and the iteration converges.
+// 3. The kept limits may come from an early iterate whose normal forces are many times too large, for example when
+//    sliding bodies collide. Therefore, stage 2 is repeated with the friction limits of the solution found.
 bool ContactIsland::solve(std::uint32_t iterations) noexcept {
   friction_ = FrictionLimit::kFollows;
   evaluate();
@@ -187,7 +188,7 @@ void ContactIsland::assemble() noexcept {
 
 void ContactIsland::add_patch(const IslandPatch& patch) noexcept {
   const Mat6 k = step_s_ * rows_.derivative(patch.terms);
-  if (!patch.moves_b()) {  // the twist is about terms.about_W, which is the centre of A, the only body that moves
+  if (!patch.moves_b()) {  // only A moves, and terms.about_W is its centre
     system_.block(patch.a->row, patch.a->row) += k;
     return;
   }
@@ -205,8 +206,9 @@ void ContactIsland::add_patch(const IslandPatch& patch) noexcept {
   }
 }
 
-// Searches along the Newton step. The slope of the potential increases along the line, because the potential is convex.
-// Regula falsi finds the zero of the slope in a bracket. A full step is accepted if its slope is small or negative.
+// Searches the minimum of the potential along the Newton step. The potential is convex, so its slope increases along
+// the line. Regula falsi finds the zero of the slope in a bracket. The full step is accepted at once if the slope at
+// its end is negative or small.
 bool ContactIsland::search_line(double slope) noexcept {
   for (std::size_t k = 0; k < bodies_.size(); ++k) start_[k] = bodies_[k]->velocity;
   const double enough = -kSlopeLeft * slope;

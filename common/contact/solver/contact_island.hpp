@@ -18,17 +18,16 @@ struct IslandBody {
   Vec6 free = Vec6::Zero();      ///< V*: velocity without contact and couplings
   Vec6 velocity = Vec6::Zero();  ///< V, the iterate
   Vec6 residual = Vec6::Zero();  ///< momentum balance M (V − V*) − h Σ wrenches, zero at the solution
-  double push_n = 0;             ///< magnitude of the external force
+  double push_n = 0;             ///< magnitude of the external wrench as a force, see force_of()
   int island = 0;
   std::size_t row = 0;         ///< index of the body's block row in the linear system
-  bool is_moving = false;      ///< whether its velocity is an unknown of the solution
-  bool is_prescribed = false;  ///< whether the caller has set its velocity
+  bool is_moving = false;      ///< true: the solver computes the body's velocity
+  bool is_prescribed = false;  ///< true: the caller prescribes the body's velocity
 
   Vec6 momentum(const Vec6& v) const;
   /// Returns the energy norm of the residual: twice the kinetic energy of the velocity that the residual would cause.
   double residual_energy() const;
-  /// Returns the magnitude of a wrench as a force. A torque counts as the force that would cause it at a lever arm of
-  /// the body's radius of gyration.
+  /// Returns the magnitude of a wrench as one force. The torque is divided by the body's radius of gyration.
   double force_of(const Wrench& wrench) const;
 };
 
@@ -39,7 +38,7 @@ struct IslandPatch {
   int island = 0;
   std::size_t index = 0;  ///< index among the caller's patches
   Wrench on_a_W;          ///< wrench on A, about terms.about_W
-  bool is_void = false;   ///< true: the forces of the patch are invalid, and are reported as zero
+  bool is_void = false;   ///< true: the result of the patch is invalid and is reported as zero force
 
   bool moves_a() const { return a != nullptr && a->is_moving; }
   bool moves_b() const { return b != nullptr && b->is_moving; }
@@ -61,8 +60,8 @@ class ContactIsland {
  public:
   ContactIsland(std::size_t bodies, ContactRows& rows);
 
-  /// Selects the island to solve, and computes the stiffness of the hard floor (ContactRows) of its patches. The rows
-  /// of the patches must exist already.
+  /// Selects the island to solve. Computes the stiffness of the hard floor (ContactRows) for its patches, whose rows
+  /// must exist already.
   void begin(double step_s, std::span<IslandBody* const> bodies, std::span<IslandPatch> patches,
              std::span<IslandCoupling> couplings) noexcept;
   /// Runs Newton's method from the bodies' velocities. Returns false if it has not converged within `iterations`.

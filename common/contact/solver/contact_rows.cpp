@@ -11,14 +11,13 @@ namespace {
 
 constexpr std::size_t kLanes = 4;
 
-/// Speed at which the hard floor pushes out contacts that are deeper than the rigid depth. It was chosen to be slow for
-/// a hand: 3 mm take 15 ms.
+/// Largest speed at which the hard floor pushes out a contact that is deeper than the rigid depth. It is slow for a
+/// hand: 3 mm take 15 ms.
 constexpr double kRecovery_m_per_s = 0.2;
-/// Value of `excess` for unused lanes. Its large negative value makes their force zero.
+/// Value of `excess` for lanes without a contact. It is so negative that their force is zero.
 constexpr double kFarAway_m = -1e30;
-/// Upper limit of r, the factor of the tangential displacement, by which friction is stiffer in a contact beyond the
-/// rigid depth (see ContactRows). With a larger r, friction does not converge within a step's iterations when
-/// kilonewtons press on a corner.
+/// Upper limit of the factor r, by which friction is stiffer for a contact beyond the rigid depth; see ContactRows.
+/// With a larger r, friction does not converge within a step's iterations if kilonewtons press on a corner.
 constexpr double kMaxRate = 100;
 /// Smallest divisor; prevents a division by zero. It is far below any length or squared length that occurs.
 constexpr double kTiny = 1e-200;

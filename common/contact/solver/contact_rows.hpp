@@ -26,17 +26,19 @@ struct PatchTerms {
   std::size_t first = 0;
   std::size_t end = 0;
 
-  /// Returns the factor of the closing speed in the normal force. It includes the step, because the force depends on
-  /// the depth at the end of the step.
+  /// Returns the factor of the closing speed in the normal force: step + dissipation. The step is included because the
+  /// force depends on the depth at the end of the step.
   double lag_s() const { return step_s + dissipation_s; }
 };
 
-/// Limit of the friction. kFollows: μ times the normal force of this evaluation. kKept: μ times the normal force of the
-/// last evaluation with kFollows. Only with a kept limit, forces are the derivative of a potential of the velocities.
+/// Limit of the friction, μ times a normal force:
+/// * kFollows: the normal force of this evaluation.
+/// * kKept: the normal force of the last evaluation with kFollows. Only with this limit, friction forces are the
+///   derivative of a potential of the velocities.
 enum class FrictionLimit : std::uint8_t { kFollows, kKept };
 
-/// Forces of contacts at trial velocities, and their derivatives. Twists are those of A relative to B; wrenches act on
-/// A.
+/// Computes the forces of contacts, and their derivatives, at trial velocities. Twists are those of A relative to B;
+/// wrenches act on A.
 ///
 /// Model   Symbols:
 ///         n, v     unit normal out of B, velocity of A relative to B at the contact, with the tangential part v_t
@@ -58,10 +60,12 @@ enum class FrictionLimit : std::uint8_t { kFollows, kKept };
 ///         2. The factor r = f_n/(w ρ), limited to 1 to 100, makes friction stiffer for a contact on the hard floor, in
 ///            proportion to its normal force.
 ///         3. After the step, the bristle is s + r h v_t, at most μ f_n / k_t long.
-///         Both forces are dissipative. f_n h u is at least the increase of the layer's energy ½ w δ², for either sign
-///         of u. The clamp, a projection on a ball, is monotone; while r is constant, friction therefore dissipates at
-///         least the increase of the energy stored in s. When r falls to 1, s may return 0.6 μ² w ρ² more (8 µJ for a
-///         tip of 1 mm)
+///         Both forces are dissipative:
+///         1. For either sign of u, the normal force does the work f_n h u, which is at least the increase of the
+///            layer's energy ½ w δ².
+///         2. While r is constant, friction dissipates at least the increase of the energy stored in s, because the
+///            clamp (a projection on a ball) is monotone. Exception: when r falls to 1, s may return 0.6 μ² w ρ² more
+///            (8 µJ for a tip of 1 mm)
 /// Source  our derivation; 0.8 is Mindlin's ratio k_t / k_n of two elastic spheres, 2 (1 − ν)/(2 − ν), for a Poisson's
 ///         ratio ν of 0.3 to 0.35
 class ContactRows {
@@ -71,8 +75,8 @@ class ContactRows {
 
   void clear() noexcept { used_ = 0; }
   /// Appends rows for these contacts and stores their range in `terms`. Returns false if the capacity does not suffice.
-  /// An invalid contact has no force, and `ill` counts it. A contact is invalid if a number is not finite, the area is
-  /// not positive, or the normal is no unit vector.
+  /// Contacts with a number that is not finite, without a positive area, or with a normal that is no unit vector are
+  /// invalid. They have no force, and `ill` counts them.
   bool append(std::span<const ContactPoint> contacts, PatchTerms& terms, std::uint32_t& ill) noexcept;
 
   /// Returns the wrench on A for this twist of A relative to B, both about terms.about_W.

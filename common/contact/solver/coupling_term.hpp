@@ -11,17 +11,19 @@ namespace tandem::contact {
 ///
 /// Model   The tool T is fixed to the body, whose centre of mass is C. Symbols:
 ///         h      step
-///         v, ω   velocity of C and angular velocity of the body, the arguments
+///         v, ω   velocity of C and angular velocity of the body: the arguments of evaluate()
 ///         r, r'  lever from C to T at the start and at the end of the step, r' = exp(h ω) r
+///         d, θ   displacement and rotation of the tool relative to the handle H
 ///         f, τ   force and torque of the coupling about T
-///         K, B   stiffness and damping of the law
-///         At the end of the step, p_WT = p_WC + h v + r' and v_WT = v + ω × r'. The wrench about C is (f, τ + r' × f).
-///         The handle H keeps its last received pose and velocity, since its motion during the step is not known yet.
-///         The derivative is −Tᵀ (h K_d + B_v) T with T = [1, −[r']×] for displacement d and velocity, and
-///         −(h K_θ + B_ω) for the rotation θ. It omits the rotation of the lever r' and of the rotation vector, because
-///         no symmetric positive matrix contains them; the wrench is exact nevertheless. Because of this omission the
-///         iteration may fail to converge, for example when a hand's pose jumps by a radian. linearise() is for this
-///         case
+///         K, B   stiffness and damping of the law; K_d, B_v for translation, K_θ, B_ω for rotation
+///         1. At the end of the step, p_WT = p_WC + h v + r' and v_WT = v + ω × r'.
+///         2. The handle keeps its last received pose and velocity, since its motion during the step is not known yet.
+///         3. The wrench about C is (f, τ + r' × f).
+///         4. Its derivative is −Tᵀ (h K_d + B_v) T with T = [1, −[r']×] for the translation, and −(h K_θ + B_ω) for
+///            the rotation.
+///         The derivative omits the rotation of r' and of the rotation vector, because they make the matrix unsymmetric
+///         or indefinite. The wrench is nevertheless exact. Because of the omission, the iteration may not converge,
+///         for example if a hand's pose jumps by a radian. linearise() is used in this case
 class CouplingTerm {
  public:
   CouplingTerm() = default;

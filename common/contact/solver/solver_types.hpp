@@ -18,9 +18,9 @@ struct SolverBody {
   Vec3 p_WC = Vec3::Zero();
   Twist V_WC;       ///< velocity of C
   Wrench wrench_W;  ///< external wrench (weight, fields) about C
-  /// True: the body moves with V_WC regardless of forces, and mass, inertia and wrench_W are not used. Contacts with
-  /// static or other prescribed bodies then ignore the rigid depth, because no force could end the overlap. The soft
-  /// layer of these contacts (ContactRows) extends to any depth.
+  /// True: the body moves with V_WC regardless of forces; mass, inertia and wrench_W are not used. Between such a body
+  /// and a static or another prescribed one, no force could end an overlap. Their contacts therefore have no hard floor
+  /// at the rigid depth: the soft layer (ContactRows) extends to any depth.
   bool is_prescribed = false;
 };
 

@@ -10,18 +10,19 @@
 namespace tandem::contact {
 namespace {
 
-// Width of the transition between covered and free surface [m]: the larger of kBlend_m and kBlendErrors times the sum
-// of the fields' errors.
+// Width of the transition between covered and free surface [m]. It is kBlend_m, or kBlendErrors times the sum of both
+// fields' errors if that is larger.
 constexpr double kBlend_m = 2e-5, kBlendErrors = 2;
-// Distances inward from a covered face at which the search tries to find another, nearer face, in the order of the
-// search. Exact fields are searched from the shortest distance. Grids round off their edges by up to a cell, so they
-// begin with a medium distance.
+// Distances from a covered face, towards the inside, at which the field is sampled to find another, nearer face. They
+// are in the order of the search. Exact fields begin with the shortest distance. Grids begin with a medium one, because
+// they round off edges by up to the size of a cell.
 constexpr std::array<double, 5> kExactWays_m = {6e-5, 1.2e-4, 2.5e-4, 5e-4, 1e-3};
 constexpr std::array<double, 5> kGridWays_m = {5e-4, 2.5e-4, 1e-3, 1.2e-4, 6e-5};
-// Maximum number of covered faces that the search for a way out of a shape skips in succession.
+// Maximum number of iterations of the search for a free face. Each iteration starts below the covered face that the
+// previous one has found.
 constexpr int kMaxTurns = 4;
-// The area of a contact inside several shapes is divided among these shapes in proportion to its depth in each. Depths
-// are limited to this value.
+// If a contact is inside several shapes, its area is divided among them in proportion to its depth in each. A depth
+// above this value counts as this value [m].
 constexpr double kShared_m = 1e-5;
 
 /// Returns 0 below `low`, 1 above `high`, linear in between.
@@ -108,9 +109,9 @@ ShapeUnion::Cover ShapeUnion::cover_of(const PlacedShape& leaving, const Vec3& q
   return most;
 }
 
-// Returns the displacement that moves p out of a shape through a face that no other shape covers; nothing if there is
-// no such face. The depth below a flat face is linear in the position, so the depth of p follows from a sample farther
-// inside.
+// Returns the displacement that moves p out of a shape through a face that no other shape covers; nothing if no such
+// face is found. Near p, a covered face is the nearest one, so the field is sampled farther inside. The depth below a
+// flat face is linear in the position, so the depth of p follows from that sample.
 std::optional<Vec3> ShapeUnion::way_out(const PlacedShape& shape, const Vec3& p_W, Vec3 inward_W) const noexcept {
   const auto& ways_m = shape.shape->field->error_m() > 0 ? kGridWays_m : kExactWays_m;
   Vec3 from_W = p_W;
@@ -127,13 +128,14 @@ std::optional<Vec3> ShapeUnion::way_out(const PlacedShape& shape, const Vec3& p_
       Vec3 out_W = depth_m * inside.gradient_W;
       const ShapeSample beyond = sample_shape(shape, p_W + out_W);
       if (beyond.distance_m > 0) out_W -= beyond.distance_m * beyond.gradient_W;
-      // At a corner of several covered faces, two points must be uncovered: the surface point below the sample farther
-      // inside, and the point to which p would move. One of them may be covered while the other is not.
+      // The face is free if two of its points are uncovered: the surface point nearest to the sample, and the point to
+      // which p would move. At a corner of several covered faces, only one of them may be covered.
       const Vec3 foot_W = at_W - inside.distance_m * inside.gradient_W;
       if (cover_of(shape, foot_W, inside.gradient_W).share < 0.5 &&
           cover_of(shape, p_W + out_W, inside.gradient_W).share < 0.5)
         return out_W;
-      // If this way out is covered, the next turn starts from the sample farther inside that is deepest below the face.
+      // This exit is covered by another shape. The next iteration starts from the sample that is deepest below the
+      // covered face.
       if (covered_W && (-inside.distance_m < deepest_m || (-inside.distance_m == deepest_m && way_m < deepest_way_m)))
         continue;
       deepest_m = -inside.distance_m;
@@ -171,16 +173,15 @@ void ShapeUnion::correct_depth(ContactPoint& contact, const Vec3& out_W) const n
       }
     }
   }
-  // The contact's point is inside several shapes at once, and each of these shapes has a contact of its own at this
-  // point. The area is divided among these contacts.
+  // If the point is inside several shapes, each of them has a contact here. The area is divided among these contacts.
   const double own = std::min(way_W.norm(), kShared_m);
   double all = own;
   for (const PlacedShape& other : others_) all += std::clamp(-distance_m(other, p_W), 0.0, kShared_m);
   contact.area_m2 *= own / all;
 }
 
-// Reduces the area of a contact with a gap if another shape is nearer to the point and covers the surface at the point.
-// The edge of the farther shape at a joint of two shapes is then no obstacle.
+// Reduces the area of a contact with a gap if another shape is nearer to the point and also covers the surface point
+// below it. At a joint of two shapes, the edge of the farther shape is thus no obstacle.
 void ShapeUnion::correct_gap(ContactPoint& contact, const Vec3& out_W) const noexcept {
   const double gap_m = -contact.depth_m;
   if (!(gap_m > 0)) return;

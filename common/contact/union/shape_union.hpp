@@ -20,16 +20,16 @@ struct PlacedShape {
   Pose X_WS;
 };
 
-/// Union of one shape of a pair with its neighbours: other shapes beside it, and near the second shape of the pair.
+/// Union of one shape of a pair ("own shape") with other shapes beside it that are near the second shape of the pair.
 ///
-/// Model   A pressing contact pushes its point p by depth × normal to a point q of the shape's surface. If another
-///         shape covers q, that surface is inside the union. The contact is then resolved along the shorter of two
-///         displacements:
+/// Model   A pressing contact pushes its point p out of the shape to the surface point q = p + depth × normal. If
+///         another shape covers q, then q is inside the union and p must move elsewhere. Two displacements are
+///         computed, and the shorter one is used:
 ///         1. out of the same shape through another face
-///         2. through q and out of the covering shape
-///         Both are found from samples farther inside, where the covered face is not the nearest face. For flat faces
-///         they are exact. In a transition 20 µm wide (more for meshes) between covered and free surface, the result is
-///         interpolated, so that forces do not jump
+///         2. through q, and from there out of the covering shape
+///         A covered face is nearest to p, so the other faces are found from samples farther inside the shape. The
+///         result is exact for flat faces. At the border between covered and free surface, both results are
+///         interpolated over 20 µm (more for meshes), so that forces do not jump
 /// Thread  any; no allocation
 class ShapeUnion {
  public:
@@ -37,7 +37,7 @@ class ShapeUnion {
 
   bool has_others() const { return !others_.empty(); }
 
-  /// Corrects a contact whose depth and normal come from the field of this union's own shape.
+  /// Corrects a contact whose depth and normal were computed in the field of the union's own shape.
   ///
   /// In      out_W  unit vector out of that shape
   /// Out     depth, normal and area of the contact

@@ -1,5 +1,5 @@
-// Bounding box of a mesh, checked so that its size is a safe divisor. A mesh from a file may be a single point, or so
-// large that numbers overflow.
+// Bounding box of a mesh whose size can be used as a divisor. It is checked, because a mesh from a file may be a single
+// point, or so large that numbers overflow.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,8 +8,8 @@
 
 namespace tandem::geometry {
 
-/// Limit of the coordinates of a mesh before scaling; its inverse is the lower limit of the mesh's size. With these
-/// limits, the size, the inverse of the size, and products of three sizes do not overflow.
+/// Largest magnitude of a coordinate before scaling. Its inverse is the smallest size of a mesh. With these limits, the
+/// size, its inverse, and products of three sizes do not overflow.
 inline constexpr double kMaxMeshUnits = 1e100;
 
 /// Returns the bounding box of the vertices that triangles use; unused vertices are ignored.

@@ -12,8 +12,8 @@ namespace tandem::geometry {
 namespace {
 
 constexpr int kNoTriangle = -1;
-// Two triangles at an edge are treated as coincident if the angle between them is below this. Rounding to single
-// precision rotates a triangle by this angle if the triangle's height is 1/100 of the mesh's size.
+// If the angle between two triangles at an edge is below this value, they are treated as coincident. Rounding to single
+// precision rotates a triangle by this angle if its height is 1/100 of the mesh's size.
 constexpr double kSameAngle_rad = 2e-5;
 
 /// Returns the number of a half-edge: 3 · triangle + side.
@@ -44,8 +44,8 @@ class Connector {
     }
   }
 
-  /// Separates fans: if several fans of connected triangles meet only at a vertex, each fan gets its own copy of the
-  /// vertex. Returns the number of vertices added.
+  /// Separates fans, which are groups of triangles connected around a vertex. If several fans meet at the same vertex,
+  /// each gets its own copy of it. Returns the number of vertices added.
   std::size_t separate_fans() {
     std::vector<int> root(partner_.size());
     std::iota(root.begin(), root.end(), 0);
@@ -153,12 +153,12 @@ class Connector {
     HalfEdge half;
   };
 
-  /// Orders coincident spokes such that the directions in which their triangles traverse the edge alternate. Otherwise
-  /// the order of coincident spokes would depend on rounding.
+  /// Orders coincident spokes so that their triangles traverse the edge alternately forwards and backwards. Without
+  /// this, their order would depend on rounding.
   /// In      spokes  sorted by angle
   /// Out     true if the directions alternate all around the edge
   static bool alternate(std::vector<Spoke>& spokes) {
-    // The loop starts after a gap between spokes, and not within a group of coincident ones. If all spokes coincide,
+    // The loop must not start within a group of coincident spokes, so it starts after a gap. If all spokes coincide,
     // any start is suitable.
     std::size_t start = 0;
     while (start < spokes.size() && !is_gap(spokes, start)) ++start;
@@ -188,10 +188,10 @@ class Connector {
     return std::min(apart, 2 * std::numbers::pi - apart) > kSameAngle_rad;
   }
 
-  /// Pairs the triangles around an edge, as seen along the edge. Triangles that traverse the edge backwards have their
-  /// material on the anticlockwise side; those that traverse it forwards, on the clockwise side. Each backward triangle
-  /// is paired with the next triangle in anticlockwise direction, which must be a forward one. Returns false if it is
-  /// not.
+  /// Pairs the triangles around an edge that enclose material between them. Seen along the edge, the material of a
+  /// triangle that traverses the edge backwards is on its anticlockwise side; that of a forward one, on its clockwise
+  /// side. Each backward triangle is therefore paired with the next one in anticlockwise direction. Returns false if
+  /// that triangle is not a forward one.
   bool pair_around(std::span<const HalfEdge> uses) {
     const int a = start_of(mesh_, uses[0]);
     const Vec3& origin = mesh_.vertices[static_cast<std::size_t>(a)];

@@ -14,7 +14,7 @@ struct MeshPart {
   /// Closed loops of vertices, each in the direction in which the part's triangles traverse it.
   std::vector<std::vector<int>> borders;
   bool is_orientable = true;
-  bool is_unpaired = false;  ///< the part ends at an edge of three or more triangles that cannot be paired
+  bool is_unpaired = false;  ///< true: the part ends at an edge with three or more triangles that cannot be paired
 };
 
 inline bool is_closed(const MeshPart& part) {

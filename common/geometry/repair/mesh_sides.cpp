@@ -16,7 +16,8 @@
 namespace tandem::geometry {
 namespace {
 
-// Numbers of rays that search for openings: minimum and maximum for one part, and maximum for all open parts together.
+// Numbers of rays that are tested to find openings: minimum and maximum for one part, and maximum for all open parts
+// together.
 constexpr std::size_t kMinRaysOfPart = 8, kMaxRaysOfPart = 256, kMaxRays = 2000;
 // Meshes with fewer triangles than this are classified on one thread.
 constexpr std::size_t kMinForThreads = 5000;
@@ -31,17 +32,19 @@ constexpr double kStepShare = 2e-6;
 constexpr double kUnclear = 0.1;
 
 /// Classifies a triangle by the mean of the winding numbers on its two sides. The triangle itself makes the winding
-/// number jump by 1, so this mean equals the winding number of all other triangles at this point. The mean is ½ for a
-/// border of a solid (−½ if the solid is inside out), 0 outside, and 1 or more inside. If the jump is 2, the solid or
-/// the triangle exists twice; the mean for a border is then 1 or ½.
+/// number jump by 1, so the mean is the winding number of all other triangles there:
+/// * border of a solid: ½ (−½ if the solid is inside out)
+/// * outside: 0
+/// * inside: 1 or more
+/// If the jump is 2, the solid or the triangle exists twice. The mean for a border is then 1 or ½.
 Side side_of(double half_way, double jump = 1) {
   const double others = std::abs(half_way);
   if (others < 0.25) return Side::kOutside;
   return others < std::max(1.0, std::abs(jump)) / 2 + 0.25 ? Side::kBorder : Side::kInside;
 }
 
-/// Returns whether a mean winding number is close to the value of a border, the inside or the outside. Near a wall that
-/// lacks the faces of one side, the mean is between these values.
+/// Returns whether a mean winding number is close to the value of a border, the inside or the outside. It may be
+/// between these values near a wall of which one side has no faces.
 bool is_clear(double half_way) {
   const double others = std::abs(half_way);
   return others > 1 - kUnclear || others < kUnclear || std::abs(others - 0.5) < kUnclear;
@@ -55,7 +58,7 @@ class SideClassifier {
   explicit SideClassifier(const TriangleMesh& mesh)
       : mesh_(mesh), winding_(mesh), step_m_(kStepShare * diagonal_m(mesh)) {}
 
-  /// Out     is_sure  false if the result is not clear, see is_clear()
+  /// Out     is_sure  false if the classification is not clear, see is_clear()
   Side side_of(std::size_t triangle, bool& is_sure) const {
     const std::array<Vec3, 3> corners = corners_of(mesh_, triangle);
     const Vec3 normal = doubled_area(mesh_, triangle).stableNormalized();
@@ -69,9 +72,9 @@ class SideClassifier {
     }
     const Side side = side_beside(middle, normal);
     if (side == Side::kBorder) return side;
-    // The coincident triangle may cover only a part of this one, so several points are sampled. The triangle is a
-    // border if any sample is. A missing border triangle would leave a hole, whereas a superfluous one lies inside and
-    // cannot be felt.
+    // The coincident triangle may cover only a part of this one, so several points are sampled. The triangle becomes a
+    // border if any sample is one. This is the safer error: a missing border triangle would leave a hole, but a
+    // superfluous one is inside and cannot be felt.
     for (const Vec3& corner : corners) {
       if (side_beside((middle + corner) / 2, normal) == Side::kBorder) return Side::kBorder;
     }
@@ -190,8 +193,8 @@ std::vector<Side> sides_of(const TriangleMesh& mesh) {
   std::vector<std::size_t> all(sides.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const std::vector<char> is_sure = classify(mesh, all, sides);
-  // In the second pass, uncertain triangles are classified again, in a mesh without the triangles that are certainly no
-  // border.
+  // In the second pass, uncertain triangles are classified again, in a mesh without the triangles that are certainly
+  // inside or outside.
   TriangleMesh rest{mesh.vertices, {}};
   std::vector<std::size_t> unsure, unsure_in_rest;
   for (const std::size_t t : all) {

@@ -13,25 +13,25 @@
 namespace tandem::geometry {
 namespace {
 
-// Maximum number of rounds. Each round removes one layer of duplicates. Adjacent patches may then merge into larger
-// patches that are duplicates, too.
+// Maximum number of rounds. Each round removes one layer of duplicates. After that, patches beside a removed one may
+// join to form larger patches, which may be duplicates, too.
 constexpr int kMaxRounds = 8;
 // A patch ends at an edge where the surface folds back, with an angle below 45° between its two sides.
 constexpr double kMaxFoldCosine = 0.707;
-// Patches with at most this number of border edges are compared by their borders. Larger patches are duplicates only if
-// they cover each other.
+// Patches with at most this number of border edges are duplicates if their borders are equal and they are close to each
+// other. Larger patches are duplicates only if they cover each other.
 constexpr std::size_t kMaxCorners = 64;
-// Maximum distance between two triangulations of a twisted polygon, as a fraction of the square root of its area. Such
-// triangulations may be duplicates or a thin solid. The full distance is allowed only if all edges of the polygon have
-// further triangles, since the triangulations are then probably duplicates.
+// Largest distance between two triangulations of a twisted polygon that are treated as duplicates, as a fraction of the
+// square root of its area. They could also be the two sides of a thin solid. If all edges of the polygon have further
+// triangles, duplicates are likely, and the full distance is allowed. Otherwise, it is reduced in proportion.
 constexpr double kTwistShare = 0.25;
 // Largest relative difference of the areas of coincident pieces: the rounding error of single precision.
 constexpr double kAreaShare = 1e-5;
 // Maximum number of candidates that are compared with a patch. Usually there are few.
 constexpr std::size_t kMaxCandidates = 16;
 constexpr std::size_t kMaxOverlaps = 20'000'000;
-// An asymmetric direction. In man-made shapes, corners hardly ever have equal coordinates along it, so the first and
-// the last corner of a patch along it are unique.
+// A direction without symmetry. In man-made shapes, two corners hardly ever have the same coordinate along it. The
+// first and the last corner of a patch along this direction are thus unique, and duplicates have the same ones.
 const Vec3 kAlong(0.5381947, 0.3017251, 0.7869843);
 
 struct Patch {
@@ -39,7 +39,7 @@ struct Patch {
   std::vector<std::uint32_t> border;  ///< sorted edges; empty if there are too many
   std::size_t shared = 0;             ///< number of border edges that are used by more than two triangles
   double area_m2 = 0;
-  int first_along = -1;  ///< vertices with the smallest and the largest coordinate along kAlong
+  int first_along = -1;  ///< vertices of the patch with the smallest and the largest coordinate along kAlong
   int last_along = -1;
 };
 
@@ -237,8 +237,8 @@ class Comparer {
   double tolerance_m_;
 };
 
-/// Marks each patch that duplicates an earlier one. In `order`, patches that may be duplicates of each other
-/// (`is_alike`) are consecutive.
+/// Marks each patch that duplicates an earlier one. `order` is sorted so that patches for which `is_alike` is true are
+/// consecutive; only these are compared.
 template <typename Alike, typename Twins>
 void mark_twins(std::span<const std::size_t> order, Alike is_alike, Twins are_twins, std::vector<bool>& is_twin) {
   for (std::size_t i = 0; i < order.size(); ++i) {

@@ -11,11 +11,11 @@ namespace tandem::geometry {
 /// triangulation. The first patch is kept. For example, a quad may occur twice with opposite orientations and different
 /// diagonals; two of its four triangles are then kept.
 ///
-/// Model   A patch is a set of triangles connected by edges that have exactly two triangles and do not fold back.
-///         Patches are duplicates in two cases:
-///         1. Their borders consist of the same edges, and they are close to each other. Twisted polygons of up to 64
-///            corners are included.
-///         2. They have the same area, and each one covers the other, flat piece by flat piece
+/// Model   A patch is a set of connected triangles. It ends at edges where the surface folds back, and at edges that do
+///         not have exactly two triangles. Two patches are duplicates in two cases:
+///         1. Their borders consist of the same edges, and they are close to each other. This includes twisted polygons
+///            of up to 64 corners.
+///         2. They have the same area, and each of them covers the other, flat piece by flat piece
 /// In      mesh         welded mesh without two triangles that have the same three corners
 ///         tolerance_m  tolerance of the welding
 /// Out     number of triangles removed

@@ -16,8 +16,8 @@ namespace {
 // a triangle counts as flat.
 constexpr double kWeldShare = 1e-7;
 constexpr double kFlatShare = 1e-9;
-// Maximum number of rounds that remove flat triangles. Dividing the neighbour of a flat triangle may create another
-// flat triangle, and so on. If such a chain is longer than this, a gap remains.
+// Maximum number of rounds that remove flat triangles. When a flat triangle is removed, its neighbour is divided, which
+// may create another flat triangle, and so on. If such a chain is longer than this, a gap remains.
 constexpr int kFlatRounds = 8;
 // Limit of the hash table probes per vertex. Vertices more than 64 tolerances apart need two or three probes.
 constexpr std::size_t kMaxProbesEach = 200;
@@ -57,8 +57,8 @@ class Places {
   std::uint64_t key_of(const Vec3& p) const {
     std::uint64_t key = 0;
     for (const double value : p) {
-      // Beyond this limit, cubes would be narrower than the spacing of doubles. All positions beyond it are assigned to
-      // the outermost cube.
+      // Coordinates are clamped, because far from the origin the cubes would be narrower than the spacing of doubles.
+      // All positions beyond the limit are in the outermost cube.
       const double cubes = std::clamp(value / (64 * tolerance_m_), -kFarthestCube, kFarthestCube);
       const auto cube = static_cast<std::int64_t>(std::floor(cubes));
       key = key * 0x9E3779B97F4A7C15U + static_cast<std::uint64_t>(cube);
@@ -164,7 +164,7 @@ std::size_t drop_flat_once(TriangleMesh& mesh, double tolerance_m) {
       if (uses.size() == 2) {
         const HalfEdge& other = uses[1 - i];
         const auto beyond = static_cast<std::size_t>(other.triangle);
-        if (is_changed[beyond]) continue;  // the neighbour changed in this round; the next round divides it
+        if (is_changed[beyond]) continue;  // the neighbour was changed in this round, so the next round divides it
         const auto& corners = before[beyond];
         const int from = corners[static_cast<std::size_t>(other.side)];
         const int to = corners[static_cast<std::size_t>((other.side + 1) % 3)];

@@ -13,9 +13,9 @@ struct Cubic {
   double operator()(double x) const noexcept { return c[0] + x * (c[1] + x * (c[2] + x * c[3])); }
 };
 
-/// Limits of the masses, inertias and polynomial coefficients of a fit, and of the stiffness and damping that it
-/// returns. They are checked when a fit is read from a device profile or a scene. Server and client accept coefficients
-/// from each other within the same limits (proto/coupling_fields.hpp).
+/// Limits of an adaptive fit: of its masses, inertias and polynomial coefficients, and of the stiffness and damping
+/// that it returns. They are checked when a fit is read from a device profile or a scene, and when server or client
+/// receives one (proto/coupling_fields.hpp).
 inline constexpr double kMaxFitMass_kg = 1e4;
 inline constexpr double kMaxFitInertia_kg_m2 = 1e4;
 inline constexpr double kMaxFitPolynomial = 1e15;  ///< limit on the magnitude of a polynomial coefficient
@@ -23,8 +23,8 @@ inline constexpr double kMaxFitStiffness_n_per_m = 1e5;
 inline constexpr double kMaxFitDamping_n_s_per_m = 1e4;
 inline constexpr double kMaxFitStiffness_n_m_per_rad = 1e4;
 inline constexpr double kMaxFitDamping_n_m_s_per_rad = 1e3;
-/// Number of intervals into which a range is divided to check its cubic. A cubic has at most two turning points, so we
-/// consider 64 intervals sufficient.
+/// Number of intervals into which a range of masses or stiffnesses is divided, to check the cubic's values in between.
+/// A cubic has at most two turning points, so we consider 64 intervals sufficient.
 inline constexpr int kFitSamples = 64;
 
 /// Result of the calibration of one device (tandem-lab calibrate). A mass or inertia outside the calibrated range is
@@ -48,9 +48,9 @@ struct AdaptiveFit {
 CouplingParameters adapted(const AdaptiveFit& fit, double mass_kg, double inertia_kg_m2,
                            const CouplingParameters& base) noexcept;
 
-/// Returns the fit that the thesis gives for its Phantom Premium 1.5/6DOF: stiffness = 116.53 N/m per kg × mass + 16.21
-/// N/m, damping = 0.2 N·s/m, for 0.05 to 0.2 kg. It serves for comparison only: the weight of a 0.2 kg tool stretches
-/// the spring by 50 mm.
+/// Returns the fit that the thesis gives for its Phantom Premium 1.5/6DOF, for masses of 0.05 to 0.2 kg. Stiffness =
+/// 116.53 N/m per kg × mass + 16.21 N/m; damping = 0.2 N·s/m. The fit serves for comparison only, because it is too
+/// soft: the weight of a 0.2 kg tool stretches the spring by 50 mm.
 AdaptiveFit thesis_adaptive_fit() noexcept;
 
 }  // namespace tandem::haptics

@@ -9,25 +9,28 @@
 
 namespace tandem::haptics {
 
-/// Shortest duration of a change of coefficients. We chose it to be at most the time that a user needs to notice a
-/// grasp.
+/// Shortest duration of a change of coefficients. Our choice: at most the time that a user needs to notice that the
+/// tool has grasped a body.
 inline constexpr double kCouplingRamp_s = 0.1;
-/// Longest duration of a change. It bounds a change from or to a coupling that is almost zero.
+/// Longest duration of a change. The limit is needed because a change from or to a coupling that is almost zero would
+/// otherwise take very long.
 inline constexpr double kMaxCouplingRamp_s = 1;
-/// Limit of the change of the coupling's force during a ramp, at any displacement. Our choice: below 0.1 N/ms, at which
-/// a change is felt as smooth.
+/// Largest rate at which a change of coefficients changes the force, at any displacement. Our choice: users feel a
+/// change of less than 0.1 N/ms as smooth.
 inline constexpr double kRampSlope_n_per_s = 80;
 
 /// Coupling coefficients that move to a target.
 ///
-/// Model   A coefficient changes from c₀ to c₁ in the time T: c(t) = c₀ + (c₁ − c₀) s, with s = min(1, t / T) and T =
-///         100 ms. An increase Δk of the stiffness at a displacement d adds the energy ½ Δk d². The change of the
-///         coefficients creates this energy, not the law.
-///         Bound of the change of force: let k₀ and k₁ be the old and the new stiffness, r their ratio (larger to
-///         smaller), and F the force limit. The force k d is at most F, so d ≤ F / min(k₀, k₁), and the force changes
-///         by up to F (r − 1) / T. If that is more than kRampSlope_n_per_s, stiffness and damping are ramped
-///         geometrically: c(t) = c₀ (c₁ / c₀)^s with T = F ln(r) / kRampSlope_n_per_s. Then the force changes by at
-///         most k d ln(r) / T
+/// Model   A coefficient changes from c₀ to c₁ in the time T. Let s = min(1, t / T) be the progress.
+///         1. In general: linear, c(t) = c₀ + (c₁ − c₀) s with T = 100 ms.
+///         2. Stiffness and damping, if the stiffness changes much: geometric, c(t) = c₀ (c₁ / c₀)^s with T = F ln(r) /
+///            kRampSlope_n_per_s. F is the force limit, and r the ratio of the larger to the smaller stiffness.
+///         Reason for the second case: the force k d is at most F, so the displacement d is at most F divided by the
+///         smaller stiffness. A linear change would therefore change the force at a rate of up to F (r − 1) / T. If
+///         this rate exceeds kRampSlope_n_per_s, stiffness and damping change geometrically; the rate is then k d ln(r)
+///         / T, at most kRampSlope_n_per_s unless T is clamped to kMaxCouplingRamp_s.
+///         Energy: an increase Δk of the stiffness at a displacement d adds the energy ½ Δk d². The change of the
+///         coefficients creates this energy, not the law
 /// Thread  haptic and room: no allocation, no throw
 class CouplingRamp {
  public:

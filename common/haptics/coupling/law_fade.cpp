@@ -18,7 +18,7 @@ LawFade::LawFade(const CouplingLawInfo& law, const CouplingParameters& parameter
   jump_to(law, parameters);
 }
 
-/// Returns the instance of a law that the constructor has created for this object.
+/// Returns this object's instance of a law. The constructor has created one instance of each law.
 CouplingLaw* LawFade::made(const CouplingLawInfo& law) const noexcept {
   return laws_[static_cast<std::size_t>(&law - coupling_laws().data())].get();
 }

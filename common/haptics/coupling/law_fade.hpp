@@ -10,17 +10,20 @@
 
 namespace tandem::haptics {
 
-/// Duration of a change of law. It was chosen for laws whose forces differ by 18 N: the force then changes by 0.06
-/// N/ms.
+/// Duration of a change of law. With this duration, the force changes by only 0.06 N/ms even if the forces of the two
+/// laws differ by 18 N.
 inline constexpr double kLawFade_s = 0.3;
 
-/// Coupling whose law and coefficients change gradually to a target. If only coefficients change, CouplingRamp is used.
+/// Coupling whose law and coefficients change gradually to a target. If only coefficients change, it uses CouplingRamp
+/// instead of the cross-fade.
 ///
 /// Model   f = (1 − s) f_old + s f_new, s = min(1, t / 300 ms). The old law keeps its coefficients; the new law has its
-///         target coefficients from the start. Each law bounds its own force, so the mixture is never steeper than the
-///         steeper law and never stronger than the stronger one. The gradient is mixed in the same way and has no
-///         negative eigenvalue. The change itself adds or removes stored energy, as with CouplingRamp. If a law is
-///         requested during a fade, its own fade starts when the current one ends
+///         target coefficients from the start.
+///         * Bounds: each law bounds its own force. The mixture is therefore never steeper than the steeper law, and
+///           never stronger than the stronger one. The gradient is mixed in the same way and has no negative
+///           eigenvalue.
+///         * Energy: the change itself adds or removes stored energy, as with CouplingRamp.
+///         * Queue: a law that is requested during a fade is faded in when the current fade ends
 /// Source  our derivation
 /// Thread  haptic and room: no allocation, no throw after construction
 class LawFade final : private CouplingLaw {

@@ -12,7 +12,8 @@
 
 namespace tandem::haptics {
 
-/// Coefficients of either translation (N, m) or rotation (N·m, rad).
+/// Coefficients for either translation (units N, m) or rotation (units N·m, rad); the fields are those of
+/// CouplingParameters.
 struct CouplingChannel {
   double stiffness = 0;
   double damping = 0;
@@ -33,8 +34,8 @@ namespace {
 //       0 ┼─‾──__-‾──────────┬────── x
 //         0                 L/k
 
-/// Exponents u above this value are not computed, because the curve then equals its limit in double precision. The
-/// squares of larger exponents could overflow.
+/// Largest exponent that is computed. With a larger exponent, the curve equals its limit in double precision. The
+/// square of a large exponent could also overflow.
 constexpr double kSpent = 700;
 
 /// Model   f = k x
@@ -43,18 +44,22 @@ RadialStiffness linear_curve(const CouplingChannel& channel, double /*displaceme
   return {channel.stiffness, channel.stiffness};
 }
 
-/// Curve of the quasi-static approximation (QSA). While the handle pushes, the slope is largest at zero displacement
-/// and the force approaches the limit. While the handle recedes, the law is a linear spring, so that the tool does not
-/// stick to a surface. The force jumps between both curves, and receding returns more energy than pushing stored.
+/// Curve of the quasi-static approximation (QSA).
+/// * While the handle pushes, the slope is largest at zero displacement, and the force approaches the limit.
+/// * While the handle recedes, the law is a linear spring, so that the tool does not stick to a surface.
+/// The force jumps when the handle changes from one to the other. Receding returns more energy than pushing stored, so
+/// the law is active.
 ///
 /// Model   pushing: f = L (1 − e^(−u)), slope k at 0; receding: f = k x
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.10–3.14, after Wan, McNeely, "Quasi-static approximation for 6
-///         degrees-of-freedom haptic rendering", IEEE Visualization 2003. Rotation: the thesis uses a moment arm R,
-///         θ_max = d_max/R and k_r = 2 R² k_t (as far as the printed formula is legible). Here k_r and T_max are
-///         parameters, and the curve bends at θ_max = T_max/k_r. With that k_r, T_max = 2 R F_max gives the curve of
-///         the thesis. We differ because a device has a separate torque limit, and because R would make the rotational
-///         stiffness depend on the tool's size. The damper is from the thesis, which uses the curve with a tool that
-///         has mass
+///         degrees-of-freedom haptic rendering", IEEE Visualization 2003. The damper and the use with a tool that has
+///         mass are from the thesis. For rotation we differ from the thesis:
+///         * Thesis: a moment arm R gives θ_max = d_max/R and k_r = 2 R² k_t (as far as the printed formula is
+///           legible).
+///         * Here: k_r and T_max are parameters, and the curve bends at θ_max = T_max/k_r. With k_r as in the thesis,
+///           T_max = 2 R F_max gives its curve.
+///         * Reasons: a device has a separate torque limit, and R would make the rotational stiffness depend on the
+///           tool's size
 RadialStiffness qsa_curve(const CouplingChannel& channel, double displacement, bool is_pushing) noexcept {
   const double u = channel.stiffness * displacement / channel.limit;
   if (!is_pushing || !(u > 0)) return linear_curve(channel, displacement, is_pushing);
@@ -62,14 +67,14 @@ RadialStiffness qsa_curve(const CouplingChannel& channel, double displacement, b
   return {channel.stiffness * (-std::expm1(-u) / u), channel.stiffness * std::exp(-u)};
 }
 
-/// Single-valued curve. It is flat at zero displacement, so that the user does not feel the jitter of a light tool.
-/// Then it becomes steep, and finally it approaches the limit.
+/// Single-valued curve: pushing and receding have the same force. It is flat at zero displacement, so that the user
+/// does not feel the jitter of a light tool. Then it becomes steep, and finally it approaches the limit.
 ///
 /// Model   f = L (1 − e^(−c u²)): slope 0 at 0; largest slope √(2c/e) k = 0.86 √c k at u = 1/√(2c); f = 0.63 L at u =
 ///         1/√c
-/// Source  Hou, PhD thesis, NTU, 2014, eqs. 4.3, 4.7. The printed formula has a single 2, read here as the exponent of
-///         u. As a factor of u, the 2 would not give the flat beginning that the text describes. As exponent and factor
-///         at once, it would mean c = 2. In the thesis, the receding force follows k x
+/// Source  Hou, PhD thesis, NTU, 2014, eqs. 4.3, 4.7. The printed formula contains a single 2 beside u, which we read
+///         as the exponent of u. Read as a factor, it would not give the flat beginning that the text describes. Read
+///         as both, it would mean c = 2. In the thesis, the receding force follows k x
 ///         (literal_stable_dynamic_curve()), which creates energy. We use one curve in both directions, which is
 ///         passive
 RadialStiffness stable_dynamic_curve(const CouplingChannel& channel, double displacement,
@@ -111,15 +116,17 @@ struct Slopes {
   Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();
 };
 
-/// Law of the form f = S(e(|d|) d̂ + b v). The torque τ is the same function of θ and ω.
+/// Law of the form f = S(e(|d|) d̂ + b v), with the displacement d, its direction d̂, and the velocity v of the handle
+/// relative to the tool. e is the law's non-decreasing elastic curve, b the damping, and S is saturated() with the
+/// limit F_max and the softness ε. The torque is the same function of the rotation θ and the angular velocity ω.
 ///
-/// Model   e is the law's non-decreasing elastic curve, S is saturated() with F_max and ε, and v is the velocity of the
-///         handle relative to the tool. S is the gradient of a convex function, so (S(e + b v) − S(e))·v ≥ 0: the
-///         damper dissipates even if the limit bends the sum. The elastic part stores the integral of S(e), a function
-///         of |d| alone. For rotation d|θ|/dt = θ̂·ω, so the same proof holds for τ. A curve that reaches its limit L
-///         gives the force L (1 − ε exp(−1)), which is 0.926 L at ε = 0.2; the damper may use the rest up to L.
+/// Model   Passivity: S is the gradient of a convex function, so (S(e + b v) − S(e))·v ≥ 0. The damper therefore
+///         dissipates even if the limit bends the sum. The elastic part stores the integral of S(e), a function of |d|
+///         alone. For rotation d|θ|/dt = θ̂·ω, so the same proof holds for the torque.
+///         Largest force: a curve that reaches its limit L gives the force L (1 − ε exp(−1)), which is 0.926 L at ε =
+///         0.2. The damper may use the rest up to L.
 ///         Gradient: with K = radial_gradient() of e and G = saturation_gradient(), ∂f/∂d = K^½ G K^½, which has the
-///         eigenvalues of the exact G K; ∂f/∂v = b G is exact
+///         eigenvalues of the exact G K. ∂f/∂v = b G is exact
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.4, 3.5, 5.10: the saturation applies to the total force of spring and
 ///         damper. Gradient and proof of passivity are our derivation
 /// Cost    no allocation; `tandem-lab bench coupling`
@@ -131,8 +138,8 @@ class RadialLaw final : public CouplingLaw {
   }
   std::string_view name() const noexcept override { return name_; }
   ToolDynamics tool_dynamics() const noexcept override { return tool_; }
-  /// Sets the coefficients. A negative or non-finite coefficient is replaced by 0, since a polynomial fit may return
-  /// one.
+  /// Sets the coefficients. A negative or non-finite coefficient is replaced by 0, because the polynomial of an
+  /// adaptive fit may return such values.
   void set_parameters(const CouplingParameters& parameters) noexcept override;
   Wrench wrench_on_tool_W(const CouplingState& state) const noexcept override;
   CouplingGradient gradient(const CouplingState& state) const noexcept override;
@@ -186,14 +193,15 @@ Slopes RadialLaw::slopes(const CouplingChannel& channel, const Vec3& displacemen
   const RadialStiffness stiffness = elastic_(channel, d.length, is_pushing);
   const Vec3 sum = stiffness.secant * displacement + channel.damping * velocity;
   const Eigen::Matrix3d bend = saturation_gradient(sum, channel.limit, channel.softness);
-  // For a linear curve, the square root of the stiffness matrix would only add rounding errors.
+  // For a linear curve K is a multiple of the identity; the general formula with its square root would only add
+  // rounding errors.
   if (stiffness.slope == stiffness.secant) return {stiffness.secant * bend, channel.damping * bend};
   const Eigen::Matrix3d root = radial_gradient(d.direction, {std::sqrt(stiffness.secant), std::sqrt(stiffness.slope)});
   return {root * bend * root, channel.damping * bend};
 }
 
-/// No coupling: the tool is at the handle, and the contact wrench is displayed directly. The caller saturates the
-/// contact wrench with the same limits and softness as a coupling.
+/// Law without a coupling: the tool is at the handle, and the contact wrench is displayed directly. The caller
+/// saturates the contact wrench with the same limits and softness as the force of a coupling.
 ///
 /// Source  "direct rendering" in Hou, PhD thesis, NTU, 2014, ch. 2. The thesis argues against it; it serves as the
 ///         baseline of comparisons
@@ -210,8 +218,8 @@ class DirectRendering final : public CouplingLaw {
   std::string_view name_;
 };
 
-/// Catalog of all laws. The adaptive law is the linear law with another name, so that a scene can select it. A law has
-/// no mass parameter, so the caller computes its coefficients with adapted() (adaptive.hpp).
+/// Catalog of all laws. The adaptive law is the linear law under another name, by which a scene can select it. Its
+/// coefficients depend on the tool's mass, so the caller computes them with adapted() (adaptive.hpp).
 constexpr std::array kLaws{
     CouplingLawInfo{kDefaultCouplingLaw, true, ToolDynamics::kWithMass,
                     "f = F_max (1 - exp(-c (d/d_max)^2)) + b v, d_max = F_max/k, one curve both ways",

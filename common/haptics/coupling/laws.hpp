@@ -2,9 +2,10 @@
 // table. A law consists of an elastic curve and an entry in the catalog, both in laws.cpp.
 //
 // All laws except "direct" add a damper, b (v_H − v_T), and saturate the total force at F_max (saturation.hpp).
-// Rotation is treated in the same way. In a passive law, the elastic part is the gradient of a convex potential, and
-// the damper opposes motion. Such a law creates no energy in continuous time; haptics/passivity treats the sampled
-// case. An active law can create energy; a test measures how much.
+// Rotation is treated in the same way.
+// Passive laws: the elastic part is the gradient of a convex potential, and the damper opposes motion. Such a law
+// creates no energy in continuous time; haptics/passivity treats the sampled case.
+// Active laws: they can create energy; a test measures how much.
 #pragma once
 
 #include <memory>
@@ -27,8 +28,8 @@ struct CouplingLawInfo {
   std::string_view model;  ///< equation in one line, with the letters of CouplingParameters; rotation has the same form
   std::string_view source;
   std::string_view limits;  ///< weaknesses of the law
-  /// Elastic curve: secant and slope of the force at a displacement ≥ 0; null if the law has no coupling. `is_pushing`
-  /// means that the handle rests or moves away from the tool: d·v_WH ≥ 0 (for rotation θ·ω_WH ≥ 0).
+  /// Elastic curve: returns secant and slope of the force at a displacement ≥ 0; null if the law has no coupling.
+  /// `is_pushing` is true if the handle rests or moves away from the tool: d·v_WH ≥ 0 (for rotation θ·ω_WH ≥ 0).
   RadialStiffness (*elastic)(const CouplingChannel& channel, double displacement, bool is_pushing) noexcept = nullptr;
   /// Largest slope of the elastic curve, as a multiple of the stiffness.
   double (*steepest)(const CouplingParameters& parameters) noexcept = nullptr;
@@ -37,7 +38,7 @@ struct CouplingLawInfo {
 };
 
 inline constexpr std::string_view kDefaultCouplingLaw = "stable-dynamic";
-inline constexpr std::string_view kAdaptiveLaw = "adaptive";  ///< the law whose coefficients come from a calibrated fit
+inline constexpr std::string_view kAdaptiveLaw = "adaptive";  ///< law with coefficients from a calibrated fit
 
 /// All laws; the first is the default.
 std::span<const CouplingLawInfo> coupling_laws() noexcept;
@@ -57,10 +58,8 @@ constexpr bool are_exchangeable(const CouplingLawInfo& a, const CouplingLawInfo&
 /// In      has_fit  whether the scene has a fit for the adaptive law
 std::string law_change_problem(const CouplingLawInfo& of_scene, const CouplingLawInfo& wanted, bool has_fit);
 
-/// Returns the largest slope ∂f/∂d of a law's elastic curve as a multiple of its stiffness; 0 if the law has no elastic
-/// part.
-///
-/// Fails   returns 1 for an unknown law
+/// Returns the largest slope ∂f/∂d of the elastic curve of the law named `law`, as a multiple of the law's stiffness.
+/// Returns 0 for a law without elastic part, and 1 for an unknown name.
 double steepest_slope_factor(std::string_view law, const CouplingParameters& parameters) noexcept;
 
 }  // namespace tandem::haptics

@@ -1,5 +1,5 @@
-// Radial forces: an elastic curve or a saturation maps the length of a vector to a magnitude along the same direction.
-// This file has their common functions: a length that does not overflow, and the derivative of such a force.
+// Radial forces: forces along a vector whose magnitude is a function of the vector's length, such as an elastic curve
+// or a saturation. This file computes the length without overflow, and the derivative of such a force.
 #pragma once
 
 #include "common/base/spatial.hpp"

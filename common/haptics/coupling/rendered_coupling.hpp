@@ -1,5 +1,5 @@
-// Clamps the coupling of a scene to the limits of a device. Display, tool at the server, and stability check all use
-// the clamped coupling.
+// Clamps the coupling of a scene to the limits of a device. The clamped coupling is used in three places: for the
+// displayed force, for the tool at the server, and for the stability check.
 #pragma once
 
 #include <limits>
@@ -16,13 +16,13 @@ inline constexpr CouplingParameters kNoCouplingBounds = [] {
   return CouplingParameters{kAnything, kAnything, kAnything, kAnything, kAnything, kAnything, kAnything, kAnything};
 }();
 
-/// Converts the bounds of device D to bounds in the world. A world coupling within the result, scaled by `workspace`,
-/// stays within `device_bounds` at the device.
+/// Converts coupling bounds of a device to coupling bounds in the world. If a coupling in the world respects the
+/// result, the same coupling, scaled by `workspace` to the device, respects `device_bounds`.
 CouplingParameters coupling_bounds_in_world(const CouplingParameters& device_bounds,
                                             const WorkspaceMapping& workspace) noexcept;
 
-/// Returns `requested` with each coefficient clamped to its bound, both in world units. The bound on stiffness applies
-/// to the steepest slope of the law's force. Clamping a result again does not change it.
+/// Returns `requested` with each coefficient clamped to its bound, both in world units. The bound on stiffness limits
+/// the steepest slope of the law's force. The function is idempotent: clamping a result again does not change it.
 ///
 /// Thread  any: no allocation, no throw
 CouplingParameters rendered_coupling(std::string_view law, const CouplingParameters& requested,

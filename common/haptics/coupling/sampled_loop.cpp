@@ -39,10 +39,10 @@ HandStep hand_step(const LoopModel& m) {
   return {step.topLeftCorner<2, 2>(), step.topRightCorner<2, 1>()};
 }
 
-/// State of the loop: z = (x, x₋₁ − x, …, x₋L − x, y − x or y, v, u). Symbols:
+/// State vector of the loop: z = (x, x₋₁ − x, …, x₋L − x, y − x or y, v, u).
 ///   x, v  position and velocity of the hand; x₋ᵢ is its position i periods ago, up to L periods
 ///   y, u  position and velocity of the tool
-/// If the coupling has a spring, y − x is stored in place of y, because the spring force depends on y only through this
+/// If the coupling has a spring, y − x is stored in place of y, because the spring force depends only on this
 /// difference.
 class LoopState {
  public:
@@ -53,7 +53,7 @@ class LoopState {
   int tool_index() const { return back_ + 1; }
   bool is_tool_relative() const { return is_tool_relative_; }
 
-  /// Row vectors that give the quantities of the loop as linear functions of z.
+  /// Each function returns a row vector r such that r · z is the named quantity of the loop.
   Eigen::RowVectorXd x(int periods_ago = 0) const { return periods_ago == 0 ? unit(0) : unit(0) + unit(periods_ago); }
   Eigen::RowVectorXd y() const { return is_tool_relative_ ? unit(0) + unit(tool_index()) : unit(tool_index()); }
   Eigen::RowVectorXd v() const { return unit(back_ + 2); }
@@ -99,7 +99,8 @@ Eigen::MatrixXd without_state(const Eigen::MatrixXd& a, int index) {
   return result;
 }
 
-// Removes the states that influence no other state. Each of these states has the eigenvalue 1.
+// Returns the transition matrix without the positions that influence no other state. Such a position only accumulates
+// motion, and would contribute the eigenvalue 1.
 Eigen::MatrixXd felt_transition(const LoopModel& m) {
   const LoopState z(m);
   Eigen::MatrixXd a = transition(m, z);
@@ -109,8 +110,8 @@ Eigen::MatrixXd felt_transition(const LoopModel& m) {
   return a;
 }
 
-// Returns true if a common motion of hand and tool is undamped. The coupling exerts opposite forces on both, so it
-// conserves their total momentum.
+// Returns true if hand and tool can move together at constant speed. This motion is undamped, because the coupling's
+// forces on hand and tool are opposite and conserve the total momentum.
 bool can_glide(const LoopModel& m) {
   return !(m.hand_stiffness > 0) && !(m.contact_stiffness > 0) && !(m.device_damping + m.hand_damping > 0);
 }

@@ -9,7 +9,7 @@ namespace tandem::haptics {
 /// Loop in one translational direction. For a rotational direction, read the units as kg·m², N·m/rad and N·m·s/rad.
 struct LoopModel {
   double period_s = 0.001;
-  double stiffness = 300;        ///< stiffness of the coupling, the steepest slope of its law [N/m]
+  double stiffness = 300;        ///< steepest slope of the coupling's law [N/m]
   double damping = 3;            ///< damping of the coupling [N·s/m]
   double tool_mass = 0.1;        ///< [kg]; 0: massless tool
   double device_mass = 0.1;      ///< [kg]
@@ -25,13 +25,15 @@ struct LoopModel {
 /// Returns the spectral radius: the largest magnitude of an eigenvalue of the loop's transition matrix over one period.
 /// The loop is stable if the result is below 1.
 ///
-/// Model   Hand and device are one mass, integrated exactly under a force held over the period T (matrix exponential).
-///         In period k the handle is at x_{k−d} with the velocity (x_{k−d} − x_{k−d−n}) / (n T), for a delay of d
-///         periods and a velocity window of n. The tool's state at the end of the period follows from coupling and
-///         contact by implicit Euler, as in the contact solver. The hand receives the negative coupling force of the
-///         tool until the next period. Neutral states are excluded: the position of a free device whose tool touches
-///         nothing and, without friction, the common motion of device and tool at constant speed. Both have the
-///         eigenvalue 1 and are harmless
+/// Model   1. Hand and device are one mass, integrated exactly under a force held over the period T (matrix
+///            exponential).
+///         2. The handle seen by the coupling in period k is at x_{k−d}, with the velocity (x_{k−d} − x_{k−d−n}) / (n
+///            T), for a delay of d periods and a velocity window of n periods.
+///         3. The tool's state at the end of the period follows from coupling and contact by implicit Euler, as in the
+///            contact solver.
+///         4. The hand receives the negative of the tool's coupling force until the next period.
+///         Two motions with the eigenvalue 1 are harmless and excluded: the position of a free device whose tool
+///         touches nothing and, without friction, the common motion of device and tool at constant speed
 /// Source  our derivation
 /// Out     0 if stiffness and damping are both 0, because no loop exists
 /// Fails   returns infinity for a model that is not finite, has a negative entry or no mass, or uses samples older than

@@ -7,9 +7,8 @@
 namespace tandem::haptics {
 
 /// Returns the saturated magnitude.
-///
-/// Model   H(F) = F up to the knee (1 − ε) F_max; above, F_max (1 − ε exp(−(F − (1−ε) F_max) / (ε F_max))). H is C1 and
-///         increasing, with the asymptote F_max. For ε = 0 it is a clamp
+/// Model   H(F) = F up to the knee (1 − ε) F_max. Above the knee H(F) = F_max (1 − ε exp(−(F − (1−ε) F_max) / (ε
+///         F_max))). H is increasing, has a continuous slope, and approaches F_max. For ε = 0 it is a clamp
 /// Source  Hou, "Stable Haptic Rendering in Virtual Environment", PhD thesis, NTU, 2014, eqs. 5.10–5.12. The thesis
 ///         describes the properties of H; the exponential form is ours
 /// In      magnitude ≥ 0 [any unit], limit > 0 in the same unit, softness ε from 0 to 1

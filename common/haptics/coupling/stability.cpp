@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 /// Stiffness of a contact that practically fixes the tool, for translation [N/m] and rotation [N·m/rad]. Both values
-/// are our choice; the rotational stiffness is that of the translational contact at a lever arm of 5 cm. The values
-/// apply in the world and are scaled to the device like the coupling.
+/// are our choice. The rotational stiffness is that of the translational contact at a lever arm of 5 cm. Like the
+/// coupling, the stiffnesses are given in the scale of the world and converted to that of the device.
 constexpr double kStiffContact = 1e6;
 constexpr double kStiffContactRotation = 2500;
 
@@ -28,7 +28,7 @@ constexpr std::array kHands{
     CheckedHand{"firm grip", "ours: five times as stiff, damping ratio 0.4", 0.5, 18, 1000, 6e-4, 0.039, 4},
 };
 
-/// The set-up to be checked. The search for a remedy changes its numbers.
+/// Arguments of a check, as one object. The search for a remedy evaluates copies of it with other stiffness or damping.
 struct Setup {
   CouplingParameters parameters;
   double tool_mass_kg = 0;
@@ -38,7 +38,7 @@ struct Setup {
   CouplingParameters requested;  ///< coefficients in the scene; used only for the text
 };
 
-/// Parameters and names of translation or rotation.
+/// Members and names of the parameters of either translation or rotation, so that the same code checks both.
 struct Axis {
   bool is_rotation;
   double CouplingParameters::*stiffness;
@@ -131,7 +131,8 @@ double rounded(double value, bool is_up) {
 
 using Holds = std::function<bool(const Setup&)>;
 
-/// Returns the acceptable value nearest to `bad`, above or below it; empty if 20 halvings or doublings find none.
+/// Returns the acceptable value nearest to `bad`, in the direction `is_up`. The search halves or doubles the value at
+/// most 20 times, and returns empty if no value was acceptable.
 std::optional<double> nearest_good(double bad, bool is_up, const std::function<bool(double)>& is_good) {
   const double factor = is_up ? 2 : 0.5;
   double good = bad * factor;
@@ -175,12 +176,12 @@ void name_remedy(StabilityFinding& finding, const char* parameter, double value,
   finding.remedy = remedy;
 }
 
-// Smallest stiffness that is proposed as a remedy, as a fraction of the requested one. A lower stiffness would be a
-// different coupling; the damping is changed instead.
+// Smallest stiffness that is proposed as a remedy, as a fraction of the requested one. If the check needs a lower
+// stiffness, a change of the damping is proposed instead, because such a soft coupling would feel entirely different.
 constexpr double kMinPartOfStiffness = 0.02;
 
-/// Searches for a smaller stiffness or damping with which the check passes, and stores parameter, value and remedy in
-/// the finding. Returns the remedy as text; empty if neither suffices.
+/// Searches for a smaller stiffness or, if that fails, a smaller damping with which the check passes. Stores the result
+/// in `finding`. Returns the remedy as text; empty if neither suffices.
 std::string find_smaller(const Axis& axis, const Setup& setup, const Holds& holds, StabilityFinding& finding) {
   const double stiffness = setup.parameters.*axis.stiffness;
   const double damping = setup.parameters.*axis.damping;
@@ -196,8 +197,8 @@ std::string find_smaller(const Axis& axis, const Setup& setup, const Holds& hold
   return {};
 }
 
-// Searches for a softer spring with matching damping. Sampling a spring k with the period T creates energy; a damping
-// of k T dissipates twice as much.
+// Searches for a softer spring together with a matching damping, at least k T for a spring k. Sampling the spring with
+// the period T creates energy; a damping of k T dissipates twice as much.
 std::string find_softer_pair(const Axis& axis, Setup setup, const Holds& holds, StabilityFinding& finding) {
   const double stiffness = setup.parameters.*axis.stiffness;
   const double damping = setup.parameters.*axis.damping;
@@ -221,7 +222,8 @@ std::string find_stable(const Axis& axis, const Setup& setup, StabilityFinding& 
   const Holds holds = [&axis](const Setup& changed) { return is_stable(axis, changed); };
   if (std::string text = find_smaller(axis, setup, holds, finding); !text.empty()) return text;
   const double damping = setup.parameters.*axis.damping;
-  // Without damping, the search begins far below k T/2, the damping that compensates sampling.
+  // Without damping, the search begins at a small value, 1/500 of k T/2. k T/2 is the damping that compensates the
+  // energy created by sampling.
   const double least = 1e-3 * setup.device.period_s * setup.parameters.*axis.stiffness * setup.slope_factor;
   if (const auto more = nearest_good(setup, axis.damping, std::max(damping, least), true, holds)) {
     name_remedy(finding, axis.damping_name, damping, *more);
@@ -277,8 +279,9 @@ std::optional<StabilityFinding> find_instability(const Axis& axis, const Setup& 
   return finding;
 }
 
-/// Returns the damping that the mechanism needs at the angle θ per period, for the loop with its tool:
-///   T/2 · Re{(1 − e^(−jθ)) H} / (1 − cos θ), with the period T and the force H per handle position.
+/// Returns the damping that the device's mechanism must have at the frequency θ [rad per period], for the loop with its
+/// tool:
+///   T/2 · Re{(1 − e^(−jθ)) H} / (1 − cos θ), with the period T and the coupling force H per handle position.
 double needed_at(const LoopModel& m, double theta) {
   const std::complex<double> back = std::polar(1.0, -theta);  // z⁻¹
   const std::complex<double> rate = (1.0 - back) / m.period_s;
@@ -291,8 +294,8 @@ double needed_at(const LoopModel& m, double theta) {
   return m.period_s / 2 * ((1.0 - back) * (on_tool_held - coupling * tool)).real() / (1 - std::cos(theta));
 }
 
-/// Returns the damping that the mechanism needs: the largest of Colgate and Schenkel's bound for the coupling alone and
-/// the bounds with movable tools.
+/// Returns the damping that the device's mechanism must have. It is the largest of two kinds of bounds: Colgate and
+/// Schenkel's for a coupling whose tool is held fast, and needed_at() for movable tools.
 double needed_damping(const Axis& axis, const Setup& setup) {
   constexpr int kFrequencies = 256;
   const LoopModel wall = loop_model(axis, setup, kHands.front(), true);

@@ -11,19 +11,23 @@ namespace tandem::haptics {
 /// Time-domain passivity observer and controller of the port between hand and tool.
 ///
 /// Model   Energy balance after period k: E_k = −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ_{j,j+1} + (energy returned by the tool
-///         beyond its earlier input). F and τ are the displayed and held force and torque, x the position, and
+///         beyond its earlier input). F_j and τ_j are the force and torque held in period j, x_j is the position, and
 ///         θ_{j,j+1} the rotation in period j. The wrench is scaled down such that E_k + initial credit covers m, the
-///         bound of PortLookAhead. While the balance suffices, which is nearly always, the wrench is unchanged.
+///         bound of PortLookAhead. The balance nearly always suffices, and the wrench is then unchanged.
 ///         Proof: in any step the hand takes at most E_k + initial credit, and a passive tool returns only energy that
-///         it received before. Starting from rest, the hand therefore never receives more than the initial credit. The
-///         work on the tool is not subtracted: a hand whose force is scaled down would otherwise be charged for work
-///         that it could not do, and the force would stay scaled down
+///         it received before. Starting from rest, the hand therefore never receives more than the initial credit.
+///         The work on the tool is not subtracted from E_k. Otherwise a hand whose force is scaled down, and which
+///         therefore does less work, would be charged for the full work on the tool. The force would then stay scaled
+///         down
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002. Their
 ///         controller uses past energy and adds damping; ours uses a bound one step ahead and scales the wrench
-/// Limits  Valid only if work_on_tool_j belongs to the same period: no delay and no network between hand and tool.
-///         Energy dissipated by dampers and friction stays in the balance. The energy created since reset() is
-///         therefore bounded, but a limit cycle after much earlier work is not. The balance uses the reported positions
-///         and cannot include motion below the resolution of an encoder. The limits of PortLookAhead apply.
+/// Limits  * Valid only if work_on_tool_j belongs to the same period: no delay and no network between hand and tool.
+///         * Energy dissipated by dampers and friction stays in the balance. The total energy created since reset() is
+///           bounded. After much earlier work, however, a limit cycle is not prevented until the energy in the balance
+///           is used up.
+///         * The balance is computed from reported positions, so it cannot include motion below the resolution of an
+///           encoder.
+///         * The limits of PortLookAhead apply.
 /// Thread  haptic: no allocation, no throw; output finite for any input
 class CouplingPassivityController {
  public:
@@ -39,7 +43,8 @@ class CouplingPassivityController {
   void reset() noexcept { *this = CouplingPassivityController(); }
 
   double balance_j() const { return balance_j_; }
-  /// Sum over all ticks of the withheld energy: the bound of the coming work minus its permitted part.
+  /// Sum over all ticks of (bound m of the coming work − energy available for it), where m exceeded the available
+  /// energy.
   double withheld_j() const { return withheld_j_; }
 
  private:

@@ -7,16 +7,13 @@
 
 namespace tandem::haptics {
 
-/// Reads two running sums of a peer, one for each direction of energy flow. Returns the net change since the last
-/// report.
+/// Converts a peer's running sums of inflow and outflow to the net energy since the last report.
 ///
-/// Fails   A report is rejected as a whole and counted if a number is negative, not finite or smaller than before.
-///         Inflow above one of two limits is discarded:
-///         1. The mean inflow is at most `max_power_w`, with a burst of one second. Reports that arrive together are
-///            accepted in
-///            full within the burst.
-///         2. The inflow is at most `could_do_j`, an upper bound of the peer's work, if that is known. Outflow is
-///            accepted in full.
+/// Fails   A report is rejected as a whole and counted if a sum is negative, not finite or smaller than before. Outflow
+///         is accepted in full. Inflow above one of two limits is discarded:
+///         1. mean power: at most `max_power_w`, with a burst of one second. Reports that arrive together are accepted
+///            in full within the burst.
+///         2. possible work: at most `could_do_j`, an upper bound of the peer's work, if that is known.
 /// Thread  haptic or room: no allocation, no throw
 class EnergyReport {
  public:
@@ -25,12 +22,12 @@ class EnergyReport {
   explicit EnergyReport(double max_power_w = kMaxPower_w) : max_power_w_(max_power_w) {}
 
   /// Returns inflow less outflow since the last report [J]. The first report only sets the reference.
-  /// In      could_do_j  upper bound of the inflow since the last report. A part that is not claimed may be claimed
-  ///         later, up to kMaxUnclaimed_j
+  /// In      could_do_j  upper bound of the inflow since the last report. The part that the peer did not report as
+  ///         inflow is kept for later reports, up to kMaxUnclaimed_j
   double accept(double in_j, double out_j, double elapsed_s,
                 double could_do_j = std::numeric_limits<double>::infinity()) noexcept;
-  /// Upper bound of the unclaimed work. A client that smooths its measured motion reports its work some milliseconds
-  /// late.
+  /// Largest possible work that is kept for later reports. It is kept because a client that smooths its measured motion
+  /// reports its work some milliseconds late.
   static constexpr double kMaxUnclaimed_j = 0.1;
   std::uint64_t dropped() const noexcept { return dropped_; }
 
@@ -39,7 +36,8 @@ class EnergyReport {
 
   double max_power_w_;
   bool has_report_ = false;
-  double unused_s_ = kMaxAtOnce_s;  ///< time for which max_power_w_ has not been used, at most the burst
+  /// Time for which inflow at max_power_w may still be accepted at once, at most the burst.
+  double unused_s_ = kMaxAtOnce_s;
   double in_j_ = 0;
   double out_j_ = 0;
   double unclaimed_j_ = kMaxUnclaimed_j;

@@ -8,8 +8,8 @@
 namespace tandem::haptics {
 namespace {
 
-/// Adds `net_j` to the net output of a source whose output is `below_peak_j` below its maximum so far. Returns the
-/// increase of the maximum.
+/// Adds `net_j` to the running net output of a source. `below_peak_j` is the distance of this output below its maximum
+/// so far. Returns the amount by which the maximum rises.
 double rise_above_peak_j(double& below_peak_j, double net_j) noexcept {
   below_peak_j -= net_j;
   const double risen_j = std::max(0.0, -below_peak_j);
@@ -56,8 +56,9 @@ void HandPassivityController::end_period(const Pose& X_WH, double period_s) noex
     const double work_j = held_work_j(displayed_, port_.pose(), X_WH);
     add_to_balance(work_j > 0 ? -share * work_j : -work_j);
     exchanged_j_ += std::abs(work_j);
-    // Later safety stages removed a part of the wrench. The hand would have done work against that part, and the world
-    // has stored energy for this work. The energy may be returned to the hand, so it is added to the balance.
+    // Later safety stages removed a part of the wrench on the hand, but the world's tool was still pulled by the whole
+    // wrench. The work against the removed part is therefore stored in the world. The hand did not do it, but may
+    // receive it, so it is added to the balance.
     add_to_balance(std::max(0.0, -held_work_j(left_out_later_, port_.pose(), X_WH)));
     withheld_j_ += std::max(0.0, held_work_j(withheld_, port_.pose(), X_WH));
   }

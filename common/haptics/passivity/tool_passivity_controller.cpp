@@ -11,7 +11,7 @@ constexpr double kFall_s = 0.05;
 /// Time after a contact during which the tool still counts as touching, so that the brake stays on while the tool
 /// bounces.
 constexpr double kIdle_s = 0.1;
-/// A weaker brake is set to zero. It would be imperceptible: 0.01 N at 0.1 m/s.
+/// A brake weaker than this value is set to zero, because it would be imperceptible: 0.01 N at 0.1 m/s.
 constexpr double kNoBrake_n_s_per_m = 0.1;
 
 double max_brake_n_s_per_m(double missing_j) noexcept {

@@ -1,5 +1,5 @@
-// Autoregressive (AR) models of a force series, fitted by one of three methods. They predict the series; a comparison
-// of fits selects the order.
+// Autoregressive (AR) models, which predict the next value of a force series. A model is fitted by one of three
+// methods; its order p can be chosen by comparing the errors of several orders.
 //
 // Letters   x_t  series   φ_i  coefficients   p  order   N  number of samples   V  variance of the one-step error
 //           x̂_{t+1} = m + Σ_{i=1..p} φ_i (x_{t+1−i} − m)      m  mean of the window (0 if differences are modelled)
@@ -17,8 +17,8 @@ namespace tandem::haptics {
 inline constexpr std::size_t kMaxArOrder = 32;
 
 enum class ArFit : std::uint8_t {
-  kYuleWalker,    ///< biased autocovariance, Levinson: always stable; damps components near the unit circle
-  kLeastSquares,  ///< covariance method: smallest one-step error; stabilised if the fit is unstable
+  kYuleWalker,    ///< biased autocovariance, Levinson: always stable; adds damping to weakly damped oscillations
+  kLeastSquares,  ///< covariance method: smallest one-step error; an unstable fit is replaced by a stable one
   kBurg,          ///< smallest sum of forward and backward errors: always stable, and accurate on short windows
 };
 /// Returns an empty string for an invalid value.
@@ -39,21 +39,27 @@ struct ArModel {
 /// returns order 0 with the mean of its finite samples. The coefficients are always finite, and the model is always
 /// stable.
 ///
-/// Model    Yule–Walker: Σ_j φ_j r_|i−j| = r_i, r_k = (1/N) Σ x_t x_{t+k}, by Levinson's recursion
-///          least squares: min Σ_{t>p} (x_t − Σ φ_i x_{t−i})², normal equations with a ridge of 1e-9 of their trace;
-///          Burg: reflection coefficients k_m = 2 Σ f b / Σ (f² + b²)
+/// Model   * Yule–Walker: Σ_j φ_j r_|i−j| = r_i with the autocovariance r_k = (1/N) Σ x_t x_{t+k}; solved by Levinson's
+///         recursion
+///         * least squares: min Σ_{t>p} (x_t − Σ φ_i x_{t−i})²; normal equations with a ridge of 1e-9 of their trace
+///         * Burg: reflection coefficients k_m = 2 Σ f b / Σ (f² + b²), with the forward errors f and the backward
+///           errors b
 /// Source   Kay, "Modern Spectral Estimation", 1988, ch. 7; Burg, PhD thesis, Stanford, 1975
-/// Limits  a least-squares fit can be unstable. It is then replaced by φ_i ← φ_i γ^i, which multiplies every root by γ,
-///         with the largest γ for which all roots are within kMaxArRadius. The scaled fit does not have the least error
+/// Limits  A least-squares fit can be unstable. Each φ_i is then multiplied by γ^i, which multiplies every root of the
+///         model by γ. γ is the largest value for which all roots lie within kMaxArRadius. The scaled fit no longer has
+///         the least error
 /// In       order  0 … kMaxArOrder    takes_mean  whether the mean of the series is subtracted first
 /// Cost     O(N p) (Burg, Yule–Walker), O(N p²/2) (least squares); Burg allocates
 /// Thread  any but haptic
 ArModel fit_ar(std::span<const double> series, std::size_t order, ArFit fit, bool takes_mean);
 
+/// Largest magnitude of a root after make_stable(). Our choice: slightly inside the unit circle, at which a
+/// model becomes unstable.
 inline constexpr double kMaxArRadius = 0.999;
 
-/// Solves the Toeplitz system Σ_j φ_j r_|i−j| = r_i for φ_1 … φ_p; r has p + 1 elements. Returns false if the matrix is
-/// not positive definite; `phi` then holds the solution of the largest positive definite order, followed by zeros.
+/// Solves the Toeplitz system Σ_j φ_j r_|i−j| = r_i for φ_1 … φ_p; r has p + 1 elements. If the matrix is not positive
+/// definite, returns false. `phi` then holds the solution of the largest leading system that is positive definite,
+/// followed by zeros.
 bool levinson(std::span<const double> r, std::span<double> phi, double& error_variance) noexcept;
 
 /// Returns whether all roots of z^p − Σ φ_i z^(p−i) lie inside the circle with this radius.

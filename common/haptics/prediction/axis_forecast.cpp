@@ -7,8 +7,8 @@
 namespace tandem::haptics {
 namespace {
 
-/// Lower bound of a mean square error, relative to the largest error of the candidates. Because of it,
-/// candidates without error have equal, finite weights.
+/// Lower bound of a mean square error, relative to the largest one of the candidates. With this bound, candidates
+/// without error have equal, finite weights.
 constexpr double kMinErrorRatio = 1e-24;
 
 }  // namespace
@@ -42,9 +42,10 @@ void AxisForecast::score(double actual, double periods) noexcept {
   const double model = then.has_model ? actual - at(then.model, periods, steps_) : 0;
   const double hold = actual - then.newest;
   const double linear = actual - then.bounds.clamp(then.newest + periods * then.slope);
-  // Each error is divided by the square root of the norm of all candidates' errors, as a compromise. With raw errors,
-  // impacts would dominate (minimum variance). With errors divided by the norm itself, smooth segments would dominate
-  // (minimum mean error).
+  // Each candidate's error is divided by √n, where n is the norm of all candidates' errors at this sample. This is a
+  // compromise between two extremes:
+  // * undivided errors: a few impacts would determine the weights (minimum variance)
+  // * errors divided by n: smooth segments would determine the weights (minimum mean error)
   const double size = std::pow(hold * hold + linear * linear + model * model, 0.25);
   const double share = size > 0 ? 1 / size : 0;
   errors_[kHold].add(hold * share, memory);
@@ -147,8 +148,8 @@ CurvePoint AxisForecast::spline(const Forecast& forecast, double periods) const 
   std::array<double, 4> control;
   for (std::ptrdiff_t k = 0; k < 4; ++k) {
     const std::ptrdiff_t i = segment - 1 + k;
-    // With these control points, the curve passes through the forecast values up to third order. If the forecast values
-    // themselves were the control points, the curve would smooth them.
+    // This correction of the control points makes the curve pass through the forecast values up to third order. With
+    // the forecast values as control points, the curve would smooth them.
     control[static_cast<std::size_t>(k)] = point(i) - (point(i + 1) - 2 * point(i) + point(i - 1)) / 6;
   }
   // The newest sample is the only displayed value that is measured. The curve passes through it exactly.

@@ -12,8 +12,8 @@
 
 namespace tandem::haptics {
 
-/// Running mean square with exponential forgetting over `memory` values. Until `memory` values have been added, it is
-/// their plain mean.
+/// Running mean of squared errors, in which old errors are forgotten with a time constant of `memory` values. Until
+/// `memory` values have been added, all have the same weight.
 class RunningSquare {
  public:
   void add(double error, double memory) noexcept {
@@ -50,18 +50,19 @@ class AxisForecast {
   double error(double actual, double periods) const noexcept { return actual - at(scored_.blend, periods, steps_); }
   /// RMS of all scored errors of the mixture; infinite before the first score().
   double error_rms() const noexcept;
-  /// Updates the running errors of all candidates and of their mixture with a sample that arrived `periods` after the
-  /// stored forecast.
+  /// Updates the running errors of the three candidates and of their mixture. `actual` is a sample taken `periods`
+  /// after the newest sample of the stored forecast.
   void score(double actual, double periods) noexcept;
   void forget_model() noexcept;
 
-  /// Computes the forecast from `lags` (newest first, one period apart, settings.order + 2 of them). `model` is null if
+  /// Computes the forecast from `lags`: settings.order + 2 values, newest first, one period apart. `model` is null if
   /// there is no fitted model.
   void predict(std::span<const double> lags, const ArModel* model, const ForecastBounds& bounds) noexcept;
   double model_weight() const noexcept { return weights_[kModel]; }
 
-  /// Returns the value to display `periods` after the newest sample, by the method in the settings. With a spline, the
-  /// first call after predict() starts the transition from the displayed curve to the new forecast.
+  /// Returns the value to display at the time `periods` after the newest sample, by the method in the settings. If the
+  /// method is a spline, the first call after predict() starts the transition from the displayed curve to the new
+  /// forecast.
   double show(double periods) noexcept;
   /// Moves the time origin of the curve to a new sample, `periods` after the previous one.
   void shift(double periods) noexcept;
@@ -87,10 +88,11 @@ class AxisForecast {
   /// Displayed curve: a forecast plus the remaining difference from the previously displayed curve.
   struct Curve {
     Forecast forecast;
-    double from = 0;  ///< time of the newest sample of `forecast`, in periods after the newest sample of now_
+    /// Time from the newest sample of now_ to the newest sample of `forecast` [periods]; ≤ 0.
+    double from = 0;
     CurvePoint difference;
-    double turned = 0;  ///< time at which the difference began to fade out
-    double shown = 0;   ///< time of the last displayed value
+    double turned = 0;  ///< time at which the difference began to fade out, counted like `from`
+    double shown = 0;   ///< time of the last displayed value, counted like `from`
     bool is_new = true;
   };
 

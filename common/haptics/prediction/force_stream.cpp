@@ -11,25 +11,26 @@
 namespace tandem::haptics {
 namespace {
 
-/// For a sample that is flagged as a contact change, an error resets the model only above this multiple of the running
-/// error (our choice). Without this condition a chattering contact, whose samples are all flagged, would reset it every
-/// time.
+/// Ratio of an error to the running error above which a sample flagged as a contact change resets the model (our
+/// choice). The threshold is needed for a chattering contact: all its samples are flagged, and each would otherwise
+/// reset the model.
 constexpr double kFlaggedFactor = 5;
 /// Number of samples per coefficient that the first fit needs (our choice).
 constexpr std::size_t kFirstFit = 4;
 /// Upper bound of a wrench's components; a larger wrench is rejected. We chose a value for which differences cannot
 /// overflow.
 constexpr double kLargest_n = 1e6;
-/// Minimum age of a forecast when it is scored [periods]. If samples arrive faster than the series' rate, forecasts are
-/// younger than this; their scores would favour the candidate hold.
+/// Minimum age of a forecast when it is scored [periods]. If samples arrive faster than the series' rate, forecasts
+/// would be scored at a smaller age. Over so short a time the force hardly changes, so the scores would favour hold.
 constexpr double kMinAhead = 0.75;
 /// Errors below this fraction of the recent range are rounding errors, not jumps.
 constexpr double kRounding = 1e-9;
 
 /// Ring buffer with the newest samples of six series at uneven times. Values between samples are interpolated linearly.
+/// Before the oldest sample and after the newest one, the nearest sample's value is returned.
 ///
-/// Limits  if samples are denser than an eighth of `period`, each replaces the newest one. The ring thus always spans
-///         kCapacity/8 periods. Before the oldest and after the newest sample, the value is that sample's value
+/// Limits  A sample less than an eighth of `period` after the previous one replaces the newest sample. The full ring
+///         thus always spans at least kCapacity/8 periods
 /// Thread  haptic: no allocation
 class SampleHistory {
  public:
@@ -176,8 +177,8 @@ ArModel model_of(std::span<double> series, const ForceStreamSettings& settings) 
   if (!settings.is_on_differences) return fit_ar(series, settings.order, settings.ar_fit, true);
   for (std::size_t i = 0; i + 1 < series.size(); ++i) series[i] = series[i + 1] - series[i];
   ArModel model = fit_ar(series.first(series.size() - 1), settings.order, settings.ar_fit, false);
-  // If the differences are constant, their mean is set to 0. Otherwise a force that has drifted would be extrapolated
-  // as an endless drift.
+  // If all differences are equal, their mean is set to 0. Otherwise the linear motion in the window would be
+  // extrapolated without end.
   if (model.order == 0) model.mean = 0;
   return model;
 }
@@ -232,8 +233,8 @@ struct ForceStream::Impl {
     if (is_surprise && settings.resets_at_contact && is_modelled()) forget();
   }
 
-  /// Discards the window and the coefficients from before a jump. The two newest samples remain, for linear
-  /// extrapolation.
+  /// Discards the series and the coefficients from before a jump. Of the samples only the newest is kept: linear
+  /// extrapolation needs it together with the next sample.
   void forget() noexcept {
     ++figures.resets;
     ++generation;
@@ -243,9 +244,9 @@ struct ForceStream::Impl {
     for (AxisForecast& axis : axes) axis.forget_model();
   }
 
-  /// Extends the evenly spaced series along the line from the previous newest sample to the new one. After a gap longer
-  /// than the window, the series is restarted. Therefore, whatever the time stamps, at most `window` samples are
-  /// appended.
+  /// Appends evenly spaced values up to `sampled_at`, interpolated between the previous newest sample and the new one.
+  /// After a gap longer than the window, the series is restarted. Therefore at most `window` values are appended for
+  /// any time stamps.
   void extend_series(LocalTime sampled_at, const Vec6& value) noexcept {
     const bool is_beyond_window = sampled_at - series_at > static_cast<Duration::rep>(settings.window) * period;
     if (series.count() == 0 || is_beyond_window) {

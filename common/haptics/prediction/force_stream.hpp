@@ -6,9 +6,9 @@
 //                   │                      running errors                      │
 //   at(now) ◀─ curve over the predicted periods ◀───────coefficients──mailbox──┘
 //
-// The fit runs on another thread, because it costs a hundred times the budget of a tick. It may finish late or never.
-// Without a fitted model, hold and linear extrapolation are used. They also replace the model on each axis where their
-// running errors are smaller than the model's.
+// The fit runs on another thread, because it costs a hundred times the budget of a tick. It may finish late or never,
+// so hold and linear extrapolation are always available. They replace the model while none has been fitted. Later, each
+// axis weights the three forecasts by their running errors.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ inline constexpr std::size_t kMaxWindow = 1024;
 
 enum class PredictionMethod : std::uint8_t {
   kHold,      ///< value of the newest sample
-  kLinear,    ///< line through the newest sample and the one a period earlier
+  kLinear,    ///< line through the newest sample and the value one period earlier
   kAr,        ///< AR on differences, blended with linear and hold by running errors; linear between periods
   kArSpline,  ///< kAr, displayed by a cubic B-spline through the newest sample: no lag; see `blend`
   kLiteral,   ///< as in the thesis: AR on values, B-spline over F(t−2), F(t−1), F(t), F̂(t+1); lags by one period
@@ -45,14 +45,14 @@ struct ForceStreamSettings {
   bool is_on_differences = true;
   bool updates_online = true;     ///< false: no fit is requested; models are set by adopt()
   bool resets_at_contact = true;  ///< whether the model is reset at contact changes and at jumps
-  bool shrinks = true;            ///< false: the model's weight is 1 as soon as there is a model
-  double error_memory = 7;        ///< number of samples after which an error has decayed to 1/e in the running errors
-  double sharpness = 2;           ///< s: a weight is the running mean square error to the power −s
+  bool shrinks = true;            ///< true: weights follow from errors; false: a fitted model has weight 1
+  double error_memory = 7;        ///< time constant of the running errors [samples]
+  double sharpness = 2;           ///< s: each forecast is weighted by its running mean square error to the power −s
   double jump_factor = 12;        ///< ratio of an error to its running RMS above which it counts as a jump
-  double range_factor = 1.0;      ///< margin of the output's range on each side, as a fraction of the recent range
-  /// Duration of the transition to a corrected forecast (kArSpline). With 0, the curve is C² between samples, but has a
-  /// step at each sample that was not predicted exactly. With two ticks or more it is always C², but corrections take
-  /// effect later.
+  double range_factor = 1.0;  ///< the output range is the recent range, extended at both ends by this fraction of it
+  /// Duration of the transition from the displayed curve to a corrected forecast (kArSpline only).
+  /// * 0: the curve is C² between samples, but has a step at each sample that was not predicted exactly.
+  /// * Two ticks or more: the curve is always C², but corrections take effect later.
   Duration blend{0};
   Duration longest_horizon{from_seconds(0.1)};  ///< maximum age up to which a sample is extrapolated
 };
@@ -71,10 +71,10 @@ struct ForceStreamFigures {
 };
 
 /// Extrapolates a stream of wrenches.
-/// Fails   at() returns zero before the first sample. A sample that is not finite or not newer is rejected and counted.
-///         The output is always finite and within the recent range, widened by range_factor
-/// Cost    push and at: O(p) for each axis; push after a gap of any length appends at most `window` samples. No
-///         allocation, no lock. fit: see `tandem-lab reproduce prediction`
+/// Fails   at() returns zero before the first sample. A sample that is not finite or not newer than the previous one is
+///         rejected and counted. The output is always finite. It stays within the recent range, widened by range_factor
+/// Cost    push and at: O(p) for each axis, without allocation or lock. push appends at most `window` samples, even
+///         after a long gap. fit: see `tandem-lab reproduce prediction`
 /// Thread  push, at, reset, adopt, figures: haptic. fit_pending, fit: io (one thread).
 class ForceStream {
  public:
@@ -84,12 +84,12 @@ class ForceStream {
   ForceStream(ForceStream&&) noexcept;
   ForceStream& operator=(ForceStream&&) noexcept;
 
-  /// In      sampled_at  time at which the wrench was valid, in the clock of at(); the age of the sample counts from
-  ///         this time. Must increase from sample to sample
+  /// In      sampled_at  time at which the wrench was valid, on the same clock as the argument of at(). It must
+  ///         increase from sample to sample
   ///         contact_changed  whether contacts appeared or vanished since the previous sample
   void push(LocalTime sampled_at, const Wrench& wrench, bool contact_changed = false) noexcept;
-  /// Returns the wrench at `now`. The function is not const: it stores the displayed point, from which the spline
-  /// continues.
+  /// Returns the wrench at `now`. The function is not const, because it stores the displayed point: a new forecast
+  /// starts its spline from this point.
   Wrench at(LocalTime now) noexcept;
   /// Discards samples and coefficients.
   void reset() noexcept;

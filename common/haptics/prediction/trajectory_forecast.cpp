@@ -28,8 +28,8 @@ Prior prior_of(double horizon_s, double caution) {
   return between(between(kPriors[i], kPriors[i + 1], place - static_cast<double>(i)), kCautiousPrior, caution);
 }
 
-/// Weights of the prior and of the initial score. A weight is given as a duration [s]: it equals the weight of typical
-/// displacements that are observed for this time.
+/// Weights of the prior and of the initial score, as durations [s]. Each weight equals that of data observed for this
+/// duration while x moves by typical displacements.
 constexpr double kPriorWorth_s = 2;
 constexpr double kScoreWorth_s = 0.05;
 

@@ -24,14 +24,16 @@ inline double low_pass_part(double corner_hz, double period_s) noexcept {
 ///         1. H times the velocity after a low pass of kFast_hz
 ///         2. H times the velocity after a low pass of kSlow_hz
 ///         3. the displacement of the body that x may follow
-///         c_i: direct autoregression over the whole horizon; the displacement of x since t−H is regressed on the
-///         features at t−H. The squares have an exponential memory of kMemory_s and weight large displacements more
-///         than tremor. The prior has a constant weight; it contains the best coefficients for minimum-jerk movements
-///         of 0.4 to 2 s. If the forecast acts back on x, `caution` blends the prior with one that is about half as
-///         large.
-///         g: slope of the observed displacements over the recently forecast ones, clamped to 0 … 1, times kMaxShare.
-///         The error is therefore never much larger than that of holding x(t−H)
-/// Limits  a movement that begins or ends within H is not predicted: at an acceleration a, the error is up to a H²/2
+///         c_i: least-squares regression of the displacement of x since t−H on the features at t−H (direct
+///         autoregression over the whole horizon). Old squares are forgotten with the time constant kMemory_s. Large
+///         displacements have large squares, so they influence c_i more than tremor. A prior of constant weight
+///         contains the best coefficients for minimum-jerk movements of 0.4 to 2 s. If the forecast acts back on x,
+///         `caution` blends this prior with another one that is about half as large.
+///         g: kMaxShare times the slope of the observed displacements over the forecast ones in the last
+///         kScoreMemory_s, with the slope clamped to 0 … 1. The error is therefore never much larger than that of
+///         holding x(t−H)
+/// Limits  A movement that begins or ends within H is not predicted. The error is then up to a H²/2 at an acceleration
+///         a
 /// Source  direct multi-step forecasts: Marcellino, Stock, Watson, "A comparison of direct and iterated multistep AR
 ///         methods", J. Econometrics 135, 2006; ridge regression. The features and the numbers are ours
 /// Thread  always the same thread; no allocation, no throw; finite for finite input
@@ -42,10 +44,11 @@ class TrajectoryForecast {
   static constexpr double kSlow_hz = 0.7;
   static constexpr double kMemory_s = 3;
   static constexpr double kScoreMemory_s = 1;
-  /// Upper bound of g. If the prediction of a hand is too far ahead, it drags other hands along and creates energy. If
-  /// it lags, it dissipates energy, but tilts an object that two users squeeze. With a bound of 0.8, close to this
-  /// value, 2 of 66 measured fast carries created 4 mJ by dragging. With a bound of 1 most of them do, and the
-  /// displayed force steps of a ligand that snaps in are twice as large.
+  /// Upper bound of g, chosen by measurements of two users who carry an object, and of a ligand that snaps in:
+  /// * If the prediction of a hand is too far ahead, it drags other hands along and creates energy. With the bound 1,
+  ///   most fast carries did this, and the force steps of the ligand doubled. With 0.8, 2 of 66 fast carries created 4
+  ///   mJ.
+  /// * If the prediction lags, it dissipates energy, but tilts an object that two users squeeze.
   static constexpr double kMaxShare = 0.83;
 
   struct Way {
@@ -53,14 +56,16 @@ class TrajectoryForecast {
     Vec3 velocity = Vec3::Zero();
   };
 
-  /// In      typical_way  typical displacement over one horizon, in units of x; weights the prior and the score
-  ///         prior_along  initial coefficient of the body that x may follow, used before its motion has been observed
+  /// In      typical_way  typical displacement of x over one horizon, in units of x; scales the weights of the prior
+  ///         and of the initial score
+  ///         prior_along  prior of the coefficient c_3, for the displacement of the body that x may follow
   TrajectoryForecast(double typical_way, double prior_along) : typical_way_(typical_way), prior_along_(prior_along) {}
 
   /// Adds a sample and returns the forecast. Called once a period.
-  /// In      known  x(t − horizon_s)
-  ///         along  the body that x may follow: displacement since t − horizon_s, and present velocity
-  ///         caution  0: the forecast does not influence x … 1: the forecast acts back on x
+  /// In      known  newest known value x(t − horizon_s)
+  ///         along  motion of the body that x may follow: its displacement since t − horizon_s, and its present
+  ///         velocity
+  ///         caution  influence of the forecast on x, from 0 (none) to 1 (the forecast acts back on x)
   /// Out     x̂(t) − x(t − horizon_s), and the velocity of x̂
   Way step(const Vec3& known, double horizon_s, const Way& along, double caution, double period_s) noexcept;
   void reset() noexcept { *this = TrajectoryForecast(typical_way_, prior_along_); }
@@ -76,7 +81,7 @@ class TrajectoryForecast {
   double typical_way_, prior_along_;
   std::array<Vec3, kKept> known_;                ///< known x; the three arrays are rings with one entry for each step
   std::array<Eigen::Matrix3d, kKept> features_;  ///< features φ, in one column each
-  std::array<Vec3, kKept> ways_;                 ///< forecast displacements for g = 1
+  std::array<Vec3, kKept> ways_;                 ///< displacements that were forecast, before the factor g
   std::size_t next_ = 0;
   std::size_t count_ = 0;
   Vec3 fast_ = Vec3::Zero();  ///< x after the two low passes

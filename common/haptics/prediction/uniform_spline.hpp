@@ -35,10 +35,10 @@ inline CurvePoint uniform_cubic(const std::array<double, 4>& c, double u) {
           v * c[0] + (3 * u - 2) * c[1] + (1 - 3 * u) * c[2] + u * c[3]};
 }
 
-/// Returns the remainder, at s = 0 … 1, of a difference that fades out smoothly. At s = 0, the value and its first two
-/// derivatives by s are those of the difference. For s ≥ 1, all three are zero.
+/// Returns what remains at s = 0 … 1 of a difference `d` that fades out smoothly. At s = 0, value, slope and curvature
+/// equal those of `d`. For s ≥ 1, all three are zero.
 ///
-/// Model   the quintic polynomial that satisfies these six conditions
+/// Model   the quintic polynomial that satisfies the three conditions at s = 0 and the three at s = 1
 inline CurvePoint faded(const CurvePoint& d, double s) {
   if (s <= 0) return d;
   if (s >= 1) return {};

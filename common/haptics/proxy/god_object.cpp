@@ -16,22 +16,23 @@ constexpr int kMaxPlanes = 32;
 /// Depth below a plane up to which a point counts as above it. For comparison, the rounding error of coordinates within
 /// 10 km is 1e-12 m.
 constexpr double kSlack_m = 1e-9;
-/// An update ends when a step is shorter than kSettled_m, which corresponds to 1 mN at 1 N/mm. With shading, steps
-/// shrink geometrically; the update then also ends when a step is shorter than kSettledShare of the first one. The next
-/// update continues from there.
+/// Length of a step below which an update ends. kSettled_m corresponds to a force of 1 mN at 1 N/mm. With shading,
+/// steps shrink geometrically; the update then also ends when a step is shorter than kSettledShare times its first
+/// step. The next update continues from the position reached.
 constexpr double kSettled_m = 1e-6;
 constexpr double kSettledShare = 0.1;
-/// Initial reach of an update during contact: a little more than the longest step of the last update, and at least the
-/// motion of a hand at 0.1 m/s in a tick. A larger reach would include more triangles in every step.
+/// Reach of the first step of an update during contact: kTravelReserve times the longest step of the last update, but
+/// at least kMinReach_m, the motion of a hand at 0.1 m/s in a tick. A larger reach would include more triangles in
+/// every step.
 constexpr double kTravelReserve = 1.25;
 constexpr double kMinReach_m = 1e-4;
 constexpr double kReachGrowth = 2;
-/// Cosine of the largest angle by which shading may turn the normal. A larger angle would mean the normal of another
+/// Cosine of the largest angle by which shading may turn the normal. A normal at a larger angle would belong to another
 /// face.
 constexpr double kMinShadingCosine = 0.5;
-/// Bounds of a step's relaxation factor during shading, see relaxation_of(). A step is lengthened only if it has nearly
-/// the direction of the previous step (kStraightCosine). With these values, the bunny pressed 5 mm deep had the fewest
-/// ticks with the fault kProxyHeldBack.
+/// Bounds of a step's relaxation factor during shading, see relaxation_of(). A step is lengthened only if the cosine of
+/// the angle to the previous step exceeds kStraightCosine. The values were chosen by a test with the Stanford bunny: a
+/// hand that presses 5 mm deep causes the fewest ticks with the fault kProxyHeldBack.
 constexpr double kMinRelaxation = 0.1;
 constexpr double kMaxRelaxation = 5;
 constexpr double kStraightCosine = 0.8;
@@ -154,8 +155,9 @@ void GodObject::gather(const Vec3& goal_W, std::uint8_t& faults) noexcept {
   reach_m_ = 0;
 }
 
-/// Finds the point above all planes that is nearest to the goal. If `is_begun` is true, pieces_ is unchanged since the
-/// last call. The planes that were active are then added first, because they are likely to be active again.
+/// Finds the point above all planes that is nearest to the goal. The planes come from pieces_, the pieces near the
+/// proxy. `is_begun` is true if pieces_ is unchanged since the last call. The planes that were active then are added
+/// first, because they are likely to be active again.
 void GodObject::project(const Vec3& goal_W, bool is_begun) noexcept {
   const PlaneProjection last = planes_;
   planes_.start(goal_W);
@@ -172,9 +174,10 @@ void GodObject::project(const Vec3& goal_W, bool is_begun) noexcept {
   }
 }
 
-/// Returns the nearest piece whose planes are violated. Planes are added from the nearest piece outwards, because the
-/// planes of touched pieces often keep the ball above neighbouring pieces, too. The neighbours' own planes would stop a
-/// ball beside them half-way to the common edge.
+/// Returns the nearest piece whose planes are all violated; −1 if there is none. Pieces are taken in the order of their
+/// distance, because the plane of a touched piece often keeps the ball clear of its neighbours, too. A neighbour's own
+/// plane passes through its point closest to the ball, and would stop a ball that slides towards their common edge
+/// half-way.
 int GodObject::nearest_violated() const noexcept {
   const Vec3& x = planes_.point();
   const double fraction = allowed_fraction(x);
@@ -210,8 +213,8 @@ bool GodObject::is_kept_by_active(const NearPiece& piece, const Vec3& at_W) cons
   return false;
 }
 
-/// Returns the fraction of the motion to the target that is allowed. For each obstacle, pieces were collected only
-/// within the reach around the proxy's position relative to this obstacle. The motion must not leave this range.
+/// Returns the fraction of the motion to the target that is allowed. Pieces of an obstacle are known only within the
+/// reach around the proxy's position relative to this obstacle, so the proxy must not move beyond the reach.
 double GodObject::allowed_fraction(const Vec3& target_W) const noexcept {
   double squared = 0;
   for (const ObstacleTrack& track : tracks_) {
@@ -226,8 +229,9 @@ double GodObject::longest_way_m(const Vec3& target_W) const noexcept {
   return std::sqrt(squared);
 }
 
-/// Returns the fraction of the motion to the target that is free of collisions. The check is needed for two reasons:
-/// friction may have moved the target away from the point found by project(), and the number of planes is limited.
+/// Returns the fraction of the motion to the target that is free of collisions, at most `fraction`. Two causes can make
+/// the target violate planes: friction may have moved it away from the point found by project(), and project() adds a
+/// limited number of planes.
 double GodObject::unblocked_fraction(const Vec3& target_W, double fraction) const noexcept {
   double free = fraction;
   const double reach_m = settings_.radius_m + fraction * longest_way_m(target_W);
@@ -241,7 +245,8 @@ double GodObject::unblocked_fraction(const Vec3& target_W, double fraction) cons
       const double end = side.height_m(at_W);
       if (end >= -kSlack_m) return free;
       const double begin = side.height_m(place_W);
-      // A ball that overlaps the piece is below its plane at both ends of the motion. The ball may move if it rises.
+      // A ball that already overlaps the piece is below its plane at both ends of the motion. It may move if the motion
+      // leads upwards.
       if (begin < 0) return end >= begin ? free : 0.0;
       return free * begin / (begin - end);
     };
@@ -285,8 +290,8 @@ Vec3 GodObject::with_friction(const Vec3& goal_W) noexcept {
     has_slipped_ = true;
     return x;
   }
-  // Displacement from x, within the active planes, to the position to which the moving touched body has carried the
-  // proxy.
+  // Friction pulls the proxy back to the position to which the touched body carried it. This is the displacement from x
+  // to that position, projected onto the active planes.
   Vec3 back = track_of(piece_of(*heaviest)).place_W() - x;
   std::array<Vec3, 3> axes;
   for (std::size_t i = 0; i < active.size(); ++i) {
@@ -302,9 +307,10 @@ Vec3 GodObject::with_friction(const Vec3& goal_W) noexcept {
   return x + back * (depth * sliding / length);
 }
 
-/// Returns the relaxation factor for the next step, from two successive steps. With shading, the goal moves with the
-/// proxy, so the steps shrink geometrically. On some surfaces the steps keep their direction, and the factor is above
-/// 1. On a concave surface with a deep goal they alternate, and the factor is below 1.
+/// Returns the relaxation factor for the next step, computed from the last two steps. With shading, the goal moves with
+/// the proxy, so the steps shrink geometrically. The factor speeds up their convergence:
+/// * above 1 if successive steps have the same direction, as on some surfaces
+/// * below 1 if they alternate, as on a concave surface with a deep goal
 ///
 /// Source  Irons & Tuck, "A version of the Aitken accelerator for computer iteration", 1969
 double GodObject::relaxation_of(const Vec3& move) const noexcept {
@@ -319,7 +325,8 @@ double GodObject::relaxation_of(const Vec3& move) const noexcept {
   return is_straight && aitken > 0 ? std::min(aitken, is_last ? 1.0 : kMaxRelaxation) : std::min(1.0, relaxation_);
 }
 
-/// Lengthens a step. The goal is moved instead of the target, so that the target stays above the planes.
+/// Lengthens a step by the relaxation factor. Not the target but the goal is moved, and projected again, so that the
+/// new target is above all planes.
 Vec3 GodObject::lengthened(const Vec3& pulled_to_W, const Vec3& target_W) noexcept {
   const Vec3 farther_W = pulled_to_W + (relaxation_ - 1) * (target_W - tracks_.front().place_W());
   project(farther_W, true);
@@ -329,8 +336,8 @@ Vec3 GodObject::lengthened(const Vec3& pulled_to_W, const Vec3& target_W) noexce
   return target_W;
 }
 
-/// Moves the proxy's positions relative to all obstacles. Each position covers the same fraction of its own motion, so
-/// that positions that were equal remain equal.
+/// Moves the proxy's position relative to each obstacle by the same fraction of its distance to the target. Positions
+/// that were equal therefore remain equal.
 double GodObject::move_towards(const Vec3& target_W, double fraction) noexcept {
   unhindered_W_ = target_W;
   const double share = fraction * std::min(1.0, relaxation_);
@@ -344,8 +351,8 @@ double GodObject::move_towards(const Vec3& target_W, double fraction) noexcept {
   return moved;
 }
 
-/// Returns the proxy's position. While bodies squeeze the proxy, its positions relative to the obstacles differ. The
-/// result is the position that is farthest from the unhindered one.
+/// Returns the proxy's position. The proxy has one position for each obstacle; they differ while bodies squeeze the
+/// proxy. The result is the one that is farthest from the unhindered position.
 Vec3 GodObject::held_place_W() const noexcept {
   Vec3 place_W = unhindered_W_;
   double farthest = -1;

@@ -24,13 +24,15 @@ namespace tandem::haptics {
 
 struct GodObjectSettings {
   double radius_m = 1e-3;  ///< radius of the ball, 0.05 mm to 0.1 m; the ball does not enter narrower gaps
-  bool is_shaded = true;   ///< whether meshes feel like the smooth surface that their triangles approximate
+  bool is_shaded = true;   ///< true: meshes feel smooth, as if curved; false: the edges of triangles are felt
 };
 
 /// Bit mask of the faults of an update.
 enum ProxyFault : std::uint8_t {
   kProxyBadInput = 1,  ///< the goal or a pose was not finite: the last valid pose is used; a bad goal gives no force
-  kProxyHeldBack = 2,  ///< the proxy is not yet at its target (squeezed, or too far); later updates continue
+  /// The proxy is not yet at its target, because bodies squeeze it or the target was too far for one update. Later
+  /// updates continue.
+  kProxyHeldBack = 2,
   kProxyTooDense = 4,  ///< too many triangles nearby: the proxy stops. Use a coarser mesh or a smaller ball
 };
 
@@ -46,12 +48,12 @@ struct ProxyState {
 
 /// Ball of finite size that follows the hand's point as closely as obstacles permit.
 ///
-/// Model   min |p − g| over the positions p that the ball can reach, with the goal g. The load is p − g at the minimum;
-///         its direction n points out of the surface.
-///         Friction: p stays while p − g is inside the friction cone of the static coefficient μ_s about n. Otherwise p
-///         slides until p − g is on the cone of the dynamic coefficient μ_d.
-///         Shading: the goal is shifted along the surface by |load| (m/(m·n) − n). The proxy follows, so that the
-///         vector from the hand's goal to p turns from n to the interpolated normal m
+/// Model   Position: p minimises |p − g| over all positions that the ball can reach, with the goal g. The load is p − g
+///         at the minimum; its direction n points out of the surface.
+///         Friction: p stays while p − g is inside the cone about n whose slope is the static coefficient μ_s.
+///         Otherwise p slides until p − g is on the cone of the dynamic coefficient μ_d.
+///         Shading: let m be the interpolated normal. The goal is shifted along the surface by |load| (m/(m·n) − n),
+///         and the proxy follows. The vector from the hand's goal to p then has the direction m instead of n
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995 (the constrained
 ///         minimum); Ruspini, Kolarov, Khatib, "The haptic display of complex graphical environments", SIGGRAPH 1997
 ///         (finite radius, shading in two passes: first a goal from smooth normals, then the true surface); Harwin &
@@ -60,34 +62,35 @@ struct ProxyState {
 ///         point of shading in closed form; a position stored for each obstacle, so that moving bodies cannot pass
 ///         through the proxy.
 /// Fails   kProxyHeldBack in ProxyState::faults
-/// Cost    `bench proxy`. update() allocates nothing; its work is bounded by counts, never by time
+/// Cost    `bench proxy`. update() allocates nothing; the numbers of its steps, planes and pieces are limited
 /// Thread  haptic or room, one at a time
 class GodObject {
  public:
   static constexpr std::size_t kMaxObstacles = 64;
-  /// Maximum number of steps in an update. Sliding over a mesh needs two or three. A jump of the hand may need several
-  /// updates.
+  /// Maximum number of steps in an update. Sliding over a mesh needs two or three steps. After a jump of the hand, the
+  /// proxy may need several updates to arrive.
   static constexpr std::size_t kMaxSteps = 4;
-  /// Loss of clearance by rounding: the distance from the ball's centre to a surface is at least the radius minus this
-  /// value.
+  /// Largest error of the clearance by rounding. The distance from the ball's centre to a surface is at least the
+  /// radius minus this value.
   static constexpr double kTolerance_m = 1e-8;
 
-  /// In      p_W  initial position of the proxy, free of obstacles. A ball that overlaps a primitive is moved outside
-  ///         at the first update. A ball that overlaps a mesh moves out slowly, on the side of its centre
+  /// In      p_W  initial position of the proxy, which should be free of obstacles. If the ball overlaps a primitive,
+  ///         it is moved outside at the first update. If it overlaps a mesh, it moves out slowly, towards the side on
+  ///         which its centre is
   /// Fails   throws std::invalid_argument: bad radius, bad obstacle (ObstacleTrack), or a position that is not finite
   GodObject(const GodObjectSettings& settings, std::vector<ProxyObstacle> obstacles, const Vec3& p_W);
 
   /// Performs one tick. `motions` is in the order of the obstacles; obstacles without an entry do not move.
   const ProxyState& update(const Vec3& goal_W, std::span<const RigidState> motions = {}) noexcept;
-  /// Excludes an obstacle from the next update on, or includes it again. Include it only while the ball does not touch
-  /// it. Otherwise the ball overlaps the obstacle, with the consequences described at the constructor.
+  /// Excludes an obstacle from the next update on, or includes it again. It should be included only while the ball does
+  /// not touch it. If the ball overlaps the obstacle, it is moved out as after construction.
   void set_present(std::size_t obstacle, bool is_present) noexcept;
   /// Moves the proxy to another position at once, even through obstacles.
   void reset(const Vec3& p_W) noexcept;
 
   const ProxyState& state() const { return state_; }
-  /// Corners of the proxy's path in the last update, a polyline that ends at the present position. Relative to a moving
-  /// obstacle the path has another shape, which is free of collisions as well.
+  /// Corners of the proxy's path in the last update. The path is a polyline that ends at the present position. Relative
+  /// to a moving obstacle the path has another shape, which is free of collisions as well.
   std::span<const Vec3> way_W() const { return {way_W_.data(), way_count_}; }
   const GodObjectSettings& settings() const { return settings_; }
 
@@ -122,27 +125,28 @@ class GodObject {
   std::size_t piece_count_ = 0;
   PlaneProjection planes_;
   ProxyState state_;
-  double reach_m_ = 0;   ///< reach of the current step
-  double wanted_m_ = 0;  ///< reach that the next step may need
+  double reach_m_ = 0;  ///< reach of the current step
+  /// Reach requested for the next step. The actual reach is smaller where triangles are dense.
+  double wanted_m_ = 0;
   double travel_m_ = 0;  ///< longest step of the last update
   std::array<Vec3, kMaxSteps> way_W_;
   std::size_t way_count_ = 0;
   Vec3 last_move_ = Vec3::Zero();  ///< displacement in the last step
   double relaxation_ = 1;          ///< relaxation factor of the last step
-  double taken_ = 1;               ///< fraction of the segment to its target that the last step covered
+  double taken_ = 1;               ///< length of the last step as a multiple of the unrelaxed step
   bool was_sticking_ = false;
   bool has_slipped_ = false;
-  Vec3 unhindered_W_ = Vec3::Zero();  ///< position that the proxy would have without obstacles
+  Vec3 unhindered_W_ = Vec3::Zero();  ///< target of the last step, before obstacles limited the motion
 };
 
-/// Distance between hand and proxy at which the damper has its full coefficient. At this value (our choice), a hand at
+/// Distance between hand and proxy from which the damper has its full coefficient. Our choice: a hand that presses at
 /// 0.1 m/s reaches it in 5 ms.
 inline constexpr double kFullDamping_m = 5e-4;
 
-/// Returns the force on the hand: the law's spring between goal and proxy, plus its damper. The damper acts along the
-/// pull only and relative to the touched surface, so that sliding is not damped. The force is zero without contact. The
-/// force never pulls the hand into the obstacle: if the hand leaves so fast that the damper outweighs the spring, the
-/// force is zero.
+/// Returns the force on the hand: the law's spring between goal and proxy, plus its damper. Without contact the force
+/// is zero. The damper acts only along the line from proxy to goal, with the velocity relative to the touched surface,
+/// so that sliding is not damped. The force never pulls the hand into the obstacle: if the hand leaves so fast that the
+/// damper outweighs the spring, the force is zero.
 ///
 /// Model   force on the tool: f = law(d = goal − p, v = w u u·(v_hand − v_surface)), u = d/|d|, w = min(1,
 ///         |d|/kFullDamping_m). Force on the hand: −f if f·u > 0, otherwise 0. The factor w makes the force zero where

@@ -12,13 +12,13 @@
 namespace tandem::haptics {
 namespace {
 
-/// Limits of the margin by which more triangles are cached than one step needs. With the smaller margin, a hand at 0.1
-/// m/s queries the tree about every fifth tick.
+/// Limits of the cache's margin: triangles are cached up to this distance beyond those that one step needs. With the
+/// smaller margin, a hand at 0.1 m/s queries the tree about every fifth tick.
 constexpr double kMinMargin_m = 3e-4;
 constexpr double kMaxMargin_m = 7e-4;
-/// A region is too dense in triangles if the cache, when full, has a smaller margin than this.
+/// Smallest margin. If the full cache does not even cover this margin, the region counts as too dense in triangles.
 constexpr double kNoMargin_m = 1e-5;
-/// Distance by which a ball that overlaps a mesh leaves it in every step.
+/// Depth by which a ball that overlaps a mesh comes out of it in each step.
 constexpr double kRecovery_m = 1e-6;
 /// Depth below a face's plane up to which a point counts as above it, to allow for rounding; compare kSlack_m in
 /// god_object.cpp.
@@ -76,15 +76,15 @@ double ObstacleTrack::prepare(const Vec3& goal_W, double radius_m, double step_m
   if (!obstacle_.mesh || !is_present_) return std::numeric_limits<double>::infinity();
   const auto reach = [&] { return known_radius_m_ - (place_B_ - known_centre_B_).norm() - radius_m; };
   const double wanted_m = (goal_W - place_W_).norm();
-  // The cache is renewed when the remaining reach is below half of the initial reach. The new search has a longer
-  // reach.
+  // The cache is renewed if its remaining reach covers neither the step nor the distance to the goal, and is below half
+  // of its initial reach. The new search is centred at the proxy's present position.
   if (known_radius_m_ < 0 || reach() < std::min({step_m, wanted_m, (known_radius_m_ - radius_m) / 2})) {
     if (!refresh(place_B_, radius_m, wanted_m, step_m)) return 0;
   }
   return std::max(reach(), 0.0);
 }
 
-/// Copies a triangle from the search result, whose data is in the processor's cache; the mesh's own data is not.
+/// Copies a triangle from the search result instead of the mesh: only the search result is in the processor's cache.
 ObstacleTrack::Candidate ObstacleTrack::candidate_of(const geometry::TriangleTree::Near& near) noexcept {
   Candidate candidate{near.a, near.ab, near.ac, near.ab.cross(near.ac).stableNormalized(), {}, 0, near.triangle};
   const Vec3 middle = (near.ab + near.ac) / 3;

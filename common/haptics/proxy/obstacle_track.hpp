@@ -1,4 +1,5 @@
-// One obstacle of the proxy, with the proxy's last position relative to it, and its pieces near the proxy.
+// One obstacle of the proxy: the proxy's last position relative to the obstacle, and the obstacle's pieces near the
+// proxy.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +24,12 @@ struct ProxyObstacle {
 
 /// Convex piece of an obstacle within reach of the proxy: a triangle, or an entire primitive.
 struct NearPiece {
-  AllowedSide closest;  ///< plane through the closest point, perpendicular to the segment from there to the proxy
-  AllowedSide face;     ///< plane of the triangle; used if the proxy is entirely above or below it
+  /// Plane perpendicular to the segment from the piece's closest point to the proxy, at the distance of the ball's
+  /// radius from that point.
+  AllowedSide closest;
+  /// Plane parallel to the triangle, at the distance of the ball's radius. Used if the proxy is entirely on one side of
+  /// the triangle's plane, but its closest point is on an edge or corner.
+  AllowedSide face;
   bool has_face = false;
   int obstacle = 0;
   int candidate = -1;     ///< index in the obstacle's list of triangles; −1 for a primitive
@@ -33,14 +38,15 @@ struct NearPiece {
   bool is_clear(const Vec3& p, double slack_m) const {
     return closest.height_m(p) >= -slack_m || (has_face && face.height_m(p) >= -slack_m);
   }
-  /// Returns the plane above which `p` is higher.
+  /// Returns the plane for which height_m(p) is largest.
   const AllowedSide& higher_side(const Vec3& p) const {
     return has_face && face.height_m(p) > closest.height_m(p) ? face : closest;
   }
 };
 
-/// Stores the proxy's last position in the obstacle's frame B, so that the proxy's path relative to a moving obstacle
-/// has no gap. Caches the triangles around that position, so that the tree is queried only occasionally.
+/// Follows the motion of an obstacle. The proxy's last position is stored in the obstacle's frame B, so that the
+/// proxy's path relative to a moving obstacle has no gap. Triangles around this position are cached, so that the tree
+/// is queried only occasionally.
 class ObstacleTrack {
  public:
   static constexpr std::size_t kMaxCandidates = 1024;
@@ -51,8 +57,8 @@ class ObstacleTrack {
   /// Sets the obstacle's pose and twist; the twist is used only for damping. Returns false for an invalid pose. The
   /// obstacle then keeps its pose.
   bool move_to(const RigidState& motion) noexcept;
-  /// Includes or excludes the obstacle. An excluded obstacle does not hold the proxy back. The caller must still update
-  /// the stored position.
+  /// Includes or excludes the obstacle. An excluded obstacle does not hold the proxy back. While it is excluded, the
+  /// caller must still update the proxy's stored position by set_place_W().
   void set_present(bool is_present) noexcept { is_present_ = is_present; }
   bool is_present() const { return is_present_; }
   const Vec3& place_W() const { return place_W_; }
@@ -61,8 +67,8 @@ class ObstacleTrack {
   /// Caches all triangles that a ball of `radius_m` can meet within `step_m` on its path to the goal.
   /// Out     permitted distance; it is below `step_m` if a region has more than kMaxCandidates triangles
   double prepare(const Vec3& goal_W, double radius_m, double step_m) noexcept;
-  /// Appends the pieces that a ball can meet within `step_m` (at most the result of prepare()), up to the size of
-  /// `pieces`.
+  /// Appends to `pieces` the obstacle's pieces that a ball can meet within `step_m`. `step_m` is at most the result of
+  /// prepare().
   /// Out     false if `pieces` is too small
   bool gather(double radius_m, double step_m, std::span<NearPiece> pieces, std::size_t& count) const noexcept;
 

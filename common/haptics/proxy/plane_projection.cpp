@@ -6,8 +6,8 @@ namespace {
 /// Depth below a plane up to which a point counts as on the plane. It is the rounding error of sums of coordinates of
 /// up to 100 m.
 constexpr double kOnPlane_m = 1e-11;
-/// Gram determinants, indexed by the number of planes, below which the planes count as parallel. For two planes, the
-/// value corresponds to 1e-6 rad.
+/// Gram determinants below which planes count as parallel, indexed by the number of planes. For two planes, the value
+/// corresponds to an angle of 1e-6 rad.
 constexpr std::array<double, 4> kMinDeterminant{0, 0, 1e-12, 1e-16};
 
 /// Solves G λ = r for the first `count` rows of a symmetric G with ones on its diagonal.
@@ -39,8 +39,8 @@ bool PlaneProjection::add(const AllowedSide& side, int tag) noexcept {
   std::array<Active, 4> planes;
   planes[0] = {side, tag, 0};
   for (std::size_t i = 0; i < count_; ++i) planes[i + 1] = active_[i];
-  // The added plane (bit 0) is active in every tried set. Sets of four planes are not tried, because three of the four
-  // planes suffice to fix a point.
+  // Tries every set of planes that contains the added plane (bit 0), which is active in the new solution. The set of
+  // all four planes is not tried, because three planes suffice to fix a point.
   for (unsigned chosen = 1; chosen < (1U << total); chosen += 2) {
     if (chosen != 0b1111U && try_set({planes.data(), total}, chosen)) return true;
   }

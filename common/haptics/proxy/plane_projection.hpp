@@ -21,16 +21,17 @@ struct AllowedSide {
 /// Model   min |x − g|² subject to n_i·x ≥ o_i, with the goal g and planes with the normals n_i and offsets o_i. The
 ///         solution is x = g + Σ λ_i n_i with at most three active planes and λ_i ≥ 0
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995, with the same
-///         three Lagrange multipliers. The proof of termination is ours: adding a violated plane always moves x away
-///         from the goal, and the new active planes are among the old ones and the added one (an LP-type problem;
-///         Matoušek, Sharir, Welzl 1996). Seven sets of planes therefore suffice, no set repeats, and the algorithm
-///         terminates.
+///         three Lagrange multipliers. The proof of termination is ours:
+///         1. The new active planes are among the old active planes and the added one (an LP-type problem; Matoušek,
+///            Sharir, Welzl 1996). It therefore suffices to try seven sets of planes.
+///         2. Adding a violated plane always moves x away from the goal. Therefore no set of active planes repeats, and
+///            the algorithm terminates.
 class PlaneProjection {
  public:
   struct Active {
     AllowedSide side;
     int tag = 0;        ///< identifier chosen by the caller
-    double load_m = 0;  ///< λ: part of the goal's pull that this plane carries
+    double load_m = 0;  ///< λ_i: distance by which this plane pushes x along its normal, away from the goal
   };
 
   void start(const Vec3& goal) noexcept {

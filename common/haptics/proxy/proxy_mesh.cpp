@@ -71,8 +71,8 @@ double angle_at(const geometry::TriangleMesh& mesh, const std::array<int, 3>& tr
   return std::atan2(u.cross(v).norm(), u.dot(v));
 }
 
-/// Returns the normalised sum of the normals at a corner, weighted by their angles. Normals that deviate by more than
-/// the crease angle are excluded.
+/// Returns the smooth normal at a triangle's corner: the normalised sum of the normals of all triangles at this corner,
+/// weighted by their angles. Triangles whose normals deviate by more than the crease angle are excluded.
 Vec3 smooth_normal(const geometry::TriangleMesh& mesh, const std::vector<Vec3>& flat, const Fans& fans,
                    std::size_t triangle, int vertex, double crease_cosine) {
   Vec3 sum = Vec3::Zero();

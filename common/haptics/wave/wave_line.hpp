@@ -11,13 +11,15 @@
 
 namespace tandem::haptics {
 
-/// Range of the transmitted integral [√W·s]. Even at full force, the integral takes minutes to reach half of it.
+/// Range of the transmitted integral [√W·s]. Even at full force, the integral takes minutes to reach half of this
+/// range.
 inline constexpr double kWaveSumRange = 2048.0;
 
 /// Adds one period to the integral of a wave over time. Returns the new integral.
 ///
-/// Model   U_k = U_{k−1} + u_k T, each component wrapped to [−kWaveSumRange, kWaveSumRange). The receiver uses only
-///         differences, so the integral may wrap. The sent numbers stay bounded for a contact of any duration
+/// Model   U_k = U_{k−1} + u_k T, with the integral U_k, the wave u_k and the period T. Each component is wrapped to
+///         [−kWaveSumRange, kWaveSumRange), so that the sent numbers stay bounded for a contact of any duration.
+///         Wrapping does no harm, because the receiver uses only differences
 Wave wave_sum(const Wave& sum_before, const Wave& wave, double period_s) noexcept;
 
 /// Returns b − a on the wrapped scale of wave_sum(); zero if the difference is not finite.
@@ -25,23 +27,23 @@ Wave wave_difference(const Wave& b, const Wave& a) noexcept;
 
 /// Plays back a received wave.
 ///
-/// Model   A message that covers Δt of the sender's time and adds ΔU to the integral is played as the constant wave ΔU
-///         / Δt for the time Δt, in order. While the queue is empty, 0 is played. The queue therefore grows to the
-///         network's jitter, as in a playout buffer. A first-order filter with the time constant τ then smooths the
-///         gaps.
+/// Model   Playing: a message that covers Δt of the sender's time and adds ΔU to the integral is played as the constant
+///         wave ΔU / Δt for the time Δt. Messages are played in order. While the queue is empty, 0 is played. The queue
+///         therefore grows to the network's jitter, as in a playout buffer. A first-order filter with the time constant
+///         τ then smooths the gaps.
 ///         Energy: neither the queue nor the filter returns more energy than it receives, for any loss, jitter,
-///         repetition and delay. The mean of a wave has at most the energy of the wave (Cauchy–Schwarz). The filter y_k
-///         = (1 − a) y_{k−1} + a u_k has Σ y² ≤ Σ u² (convexity).
-///         Skipping: while the queue is longer than the last second required, one twentieth of the played time is
-///         skipped. The wave keeps its amplitude, but loses a part of its integral. The tool's end corrects this loss
-///         (drift in WaveToolPort)
+///         repetition and delay. For the queue: the mean of a wave has at most the energy of the wave (Cauchy–Schwarz).
+///         For the filter: y_k = (1 − a) y_{k−1} + a u_k has Σ y² ≤ Σ u² (convexity).
+///         Skipping: the minimum queue length during the last second, less margin_s, was not needed to bridge gaps.
+///         This surplus is removed by skipping one twentieth of the played time. The wave keeps its amplitude, but
+///         loses a part of its integral. WaveToolPort corrects the resulting drift of the tool's pose
 /// Limits  The queue holds at most kMaxWaiting_s. If the sender's clock runs further ahead, the queue is discarded and
 ///         playing starts anew. Discarding a queue only removes energy
 /// Source  integrals: Niemeyer, Slotine, "Telemanipulation with time delays", Int. J. Robotics Research 23(9), 2004;
 ///         playing and skipping are ours
-/// In      messages with time stamps of the sender's clock. A message that is not newer or not finite is ignored. If
-///         the integral jumps by more than the largest wave allows, the sender was restarted; the message becomes the
-///         new reference.
+/// In      messages with time stamps of the sender's clock. A message that is not finite, or not newer than the last
+///         one, is ignored. If the integral changes by more than the largest wave allows, the sender was restarted. The
+///         message then becomes the new reference.
 /// Thread  haptic or room: no allocation, no throw
 class WavePlayer {
  public:

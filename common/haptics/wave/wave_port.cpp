@@ -28,7 +28,7 @@ Wave WaveAccount::settle(const Wave& in, const Wave& out, double work_j, double 
 
 Wrench WaveHandPort::tick(const Pose& X_WH, double period_s) noexcept {
   if (!is_finite(X_WH) || !is_period(period_s)) {
-    // The motion of the hand until its next valid pose is unknown, so it receives no force until then.
+    // Until the next valid pose the hand receives no force, because the work on a hand of unknown motion is unknown.
     lose_hand();
     return displayed_ = {};
   }
@@ -66,7 +66,8 @@ void WaveHandPort::set_displayed(const Wrench& on_hand_W) noexcept {
 
 const Pose& WaveToolPort::move(const Pose& X_WH_hand, const CouplingParameters& coupling, double period_s) noexcept {
   if (!is_finite(X_WH_hand) || !is_period(period_s)) {
-    // The handle rests in this step. The balance already contains the wave and the motion of the last step.
+    // Without a valid input the virtual handle rests in this step. The energy balance already contains the wave and the
+    // motion of the previous step.
     in_ = {};
     velocity_ = {};
     X_before_ = X_;

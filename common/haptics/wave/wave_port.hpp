@@ -12,13 +12,14 @@ namespace tandem::haptics {
 /// Energy balance of a port: energy of arriving waves and work done on the port, minus energy of leaving waves and work
 /// done by the port.
 ///
-/// Model   E += ½|in|² T − work − ½|out|² T in each period T, with the balance E. `out` is scaled down such that E ≥ 0.
-///         If E is negative even without `out`, nothing is sent until E is positive again. E is clamped to an upper
-///         limit, so that dissipated energy is not returned.
+/// Model   E += ½|in|² T − work − ½|out|² T in each period T, with the balance E, the arriving wave `in` and the
+///         leaving wave `out`. `out` is scaled down such that E ≥ 0. If E is negative even without `out`, nothing is
+///         sent until E is positive again. E has an upper limit, so that energy dissipated earlier is not returned
+///         later.
 class WaveAccount {
  public:
-  /// Returns `out`, scaled by the largest factor up to 1 that the balance covers. `work_j` is the work done by the port
-  /// on the hand or tool over the same period.
+  /// Returns `out`, scaled down if the balance does not cover its energy. `work_j` is the work that the port does on
+  /// the hand or tool in the period.
   Wave settle(const Wave& in, const Wave& out, double work_j, double period_s) noexcept;
   double balance_j() const noexcept { return balance_j_; }
 
@@ -29,9 +30,9 @@ class WaveAccount {
 
 /// The hand's end of the line. tick() is called once a tick.
 ///
-/// Model   wrench on the hand: √(2b) v − b V, with the newest wave v from the tool and the line's impedance b. Wave to
-///         the tool: u = √(2b) V − v of the last period, with the mean velocity V. WaveAccount scales u according to
-///         the work of the displayed wrench on the hand in that period
+/// Model   Wrench on the hand: √(2b) v − b V, with the newest wave v from the tool, the impedance b of the line, and
+///         the hand's mean velocity V in the last period. Wave to the tool: u = √(2b) V − v, with v and V of the last
+///         period. WaveAccount scales u according to the work of the displayed wrench on the hand in that period
 /// Thread  haptic: no allocation, no throw; output finite for any input
 class WaveHandPort {
  public:
@@ -39,7 +40,7 @@ class WaveHandPort {
       : impedance_(impedance), player_(player) {}
 
   void receive(Duration sender_time, const Wave& sum) noexcept { player_.receive(sender_time, sum); }
-  /// Reports that the hand's pose is unknown. The next tick() then starts a new path at its pose.
+  /// Reports that the hand's pose is unknown. The motion up to the next valid pose is ignored.
   void lose_hand() noexcept;
   /// Returns the wrench on the hand for the coming period.
   Wrench tick(const Pose& X_WH, double period_s) noexcept;
@@ -68,13 +69,13 @@ class WaveHandPort {
 /// The tool's end of the line: moves the virtual handle to which a coupling pulls the tool. In each step move() is
 /// called before the coupling is evaluated and settle() after it.
 ///
-/// Model   V = (√(2b) u − F + B V_before) / (b + K T + B): the velocity with which the impedance b answers the wave u
-///         and the coupling's wrench F, with the period T. The step is implicit in the coupling's stiffness K and
-///         damping B, so that it is stable for any stiffness.
+/// Model   Velocity of the virtual handle: V = (√(2b) u − F + B V_before) / (b + K T + B). u is the arriving wave, F
+///         the coupling's wrench on the tool, b the impedance of the line, and T the period. K and B are the coupling's
+///         stiffness and damping. The step is implicit in K and B, so that it is stable for any stiffness.
 ///         Wave to the hand: v = (b V − F') / √(2b) with the new wrench F', scaled by WaveAccount.
-///         Drift: clipped, lost or scaled waves move the virtual handle away from the real one. To correct this,
-///         (pose of the real handle − pose of the virtual one) / kDriftTime_s, of limited speed, is added to V, as far
-///         as the balance covers the work.
+///         Drift: clipped, lost or scaled waves move the virtual handle away from the real one. To correct this drift,
+///         a velocity is added to V: the difference of the two poses divided by kDriftTime_s. This velocity is limited,
+///         and scaled down if the balance does not cover its work.
 /// Source  Niemeyer, Slotine 1991 and 2004, as in wave.hpp and wave_line.hpp; implicit step and balance are ours
 /// Thread  room: no allocation, no throw; output finite for any input
 class WaveToolPort {
@@ -83,9 +84,9 @@ class WaveToolPort {
       : impedance_(impedance), player_(player) {}
 
   void receive(Duration sender_time, const Wave& sum) noexcept { player_.receive(sender_time, sum); }
-  /// Returns the virtual handle's pose at the end of the coming step. `X_WH_hand` is the newest pose of the real
-  /// handle. The virtual handle starts at the first pose received.
-  /// In      coupling  stiffness and damping of the coupling that pulls the tool, at zero displacement
+  /// Returns the virtual handle's pose at the end of the coming step. The virtual handle starts at the first pose
+  /// received.
+  /// In      X_WH_hand  newest pose of the real handle
   const Pose& move(const Pose& X_WH_hand, const CouplingParameters& coupling, double period_s) noexcept;
   const Twist& velocity() const noexcept { return velocity_; }
   /// Ends the step. `on_tool_W` is the wrench of the coupling in that step, about the handle's origin.

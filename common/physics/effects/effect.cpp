@@ -11,7 +11,7 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 
 /// Limit of the stiffness of an effect with a spring, as a fraction of m/h² (mass m, step h). A sampled spring with its
-/// damper is passive up to m/h². Half of this is used, because two such effects may overlap.
+/// damper is passive up to m/h². The limit is half of that, because the regions of two such effects may overlap.
 constexpr double kStiffestShare = 0.5;
 
 /// State of a tool in the effect's frame E.
@@ -25,8 +25,8 @@ struct Probe {
   bool in_contact = false;
 
   double stiffest_n_per_m() const { return kStiffestShare * input->mass_kg / (input->step_s * input->step_s); }
-  /// Returns the predicted displacement after the fraction `share` of the step. It is zero for a massless tool, whose
-  /// forces are evaluated at its present position.
+  /// Returns the predicted displacement of the tool after the fraction `share` of the step. It is zero for a massless
+  /// tool, for which the forces are evaluated at the present position.
   Vec3 ahead_E(double share) const {
     return input->is_massless ? Vec3(Vec3::Zero()) : Vec3(share * input->step_s * v_E);
   }
@@ -54,8 +54,8 @@ double outside_m(const SphereRegion& region, const Vec3& p_E) {
   return std::max(0.0, p_E.norm() - region.radius_m);
 }
 
-/// Limits a damping to the value that stops a free mass within the step. A larger value would reverse the motion. Below
-/// the limit, the damping force is exact at constant speed.
+/// Limits a damping to the value that just stops a free mass within the step, because a larger value would reverse the
+/// motion. Without the limit in effect, the force is exactly damping times speed.
 double bounded_damping(double damping, double step_s, double inertia) {
   return std::min(damping, inertia / step_s);
 }
@@ -71,8 +71,8 @@ Wrench wrench_of(const ConstantField& model, const Probe& probe, EffectMemory& /
   return {probe.strength * model.force_n, Vec3::Zero()};
 }
 
-/// Magnet with the potential U = −U₀ (1 − s²)³, s = r/R, within the range R. The force is f = k (1 − s²)² r with k = 6
-/// U₀/R². It is largest at s = 1/√5.
+/// Magnet with the potential U = −U₀ (1 − s²)³, s = r/R, where r is the distance from the core and R the range. The
+/// force towards the core is f = k (1 − s²)² r with k = 6 U₀/R². It is largest at s = 1/√5.
 Wrench wrench_of(const Magnet& model, const Probe& probe, EffectMemory& /*memory*/) {
   constexpr double kPeak = 0.28621670111997307;  // 16/(25√5)
   const Vec3 off = off_block(probe.p_E + probe.ahead_E(0.5), model.core_size_m / 2);
@@ -91,9 +91,9 @@ Wrench wrench_of(const Vibration& model, const Probe& probe, EffectMemory& memor
   return {probe.strength * amplitude * std::sin(phase) * model.direction.normalized(), Vec3::Zero()};
 }
 
-/// Returns the force along one axis of the potential N a sin(2π x/λ), with the normal force N, height a and period λ.
-/// It is averaged over the tool's path in the coming step. If bumps pass faster than the sampling rate, the force thus
-/// fades instead of aliasing to another frequency.
+/// Returns the force along one axis of the potential N a sin(2π x/λ), with the normal force N, the amplitude a and the
+/// wavelength λ. The force is averaged over the tool's path in the coming step. If the tool passes bumps faster than it
+/// is sampled, the mean fades to zero, whereas a point sample would alias to another frequency.
 double slope_force_n(double height_m, double period_m, double middle_m, double way_m, double normal_force_n,
                      double stiffest) {
   const double q = kTurn / period_m;
@@ -117,16 +117,16 @@ Wrench wrench_of(const Texture& model, const Probe& probe, EffectMemory& /*memor
   return {f_E - probe.normal_E * probe.normal_E.dot(f_E), Vec3::Zero()};
 }
 
-/// Stick-slip: a spring to an anchor. The strength of the effect scales the breakaway force, not the spring: a spring
-/// that becomes stiffer while it is stretched would create energy.
+/// Stick-slip: a spring from the tool to an anchor. The strength of the effect scales the breakaway force, but not the
+/// stiffness: a spring that becomes stiffer while it is stretched would create energy.
 Wrench wrench_of(const StickSlip& model, const Probe& probe, EffectMemory& memory) {
   const auto along_surface = [&probe](const Vec3& a) -> Vec3 {
     return probe.in_contact ? Vec3(a - probe.normal_E * probe.normal_E.dot(a)) : a;
   };
   const double k = std::min(model.stiffness_n_per_m, probe.stiffest_n_per_m());
   Vec3 stretch = along_surface(probe.p_E - memory.anchor_E);
-  // If the effective mass grows while the tool sticks, the limit of the stiffness rises. The displacement is then
-  // scaled down so that the stored energy is unchanged.
+  // The stiffness is limited by the effective mass. If this mass grows while the tool sticks, the stiffness increases.
+  // The stretch is then scaled down so that the stored energy is unchanged.
   if (memory.stiffness_n_per_m > 0 && memory.stiffness_n_per_m < k) stretch *= std::sqrt(memory.stiffness_n_per_m / k);
   const double holds_n = probe.strength * model.breakaway_force_n;
   if (k * stretch.norm() > holds_n) stretch = clamped_to_length(stretch, probe.strength * model.slip_force_n / k);

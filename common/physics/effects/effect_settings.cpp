@@ -96,8 +96,8 @@ std::string find_problem_of(const SphereRegion& region) {
   return not_positive("sphere.radius_m", region.radius_m);
 }
 
-/// Checks that a magnet has no region and no contact condition. Its force is conservative only if its range is its only
-/// limit.
+/// Checks that a magnet has neither a region nor a contact condition. Its force is conservative only if nothing but its
+/// range limits it.
 std::string misplaced_magnet(const EffectSettings& settings) {
   if (!std::holds_alternative<Magnet>(settings.model)) return {};
   const std::string demand = "left out for a magnet, which acts within its range_m of its core_size_m";

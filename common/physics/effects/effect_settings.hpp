@@ -38,7 +38,7 @@ struct Vibration {
   Vec3 direction = Vec3::UnitZ();  ///< direction in the effect's axes; any length except 0
 };
 
-/// Bumps that a tool feels while it slides: sinusoidal waves of the surface along the effect's x and y.
+/// Bumps that a tool feels while it slides, like a surface with sinusoidal waves along the effect's x and y axes.
 struct Texture {
   double height_m = 1e-4;    ///< amplitude of the waves along one axis; must be above 0
   double period_x_m = 2e-3;  ///< wavelength along x; must be above 0

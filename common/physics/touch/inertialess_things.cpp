@@ -7,17 +7,17 @@
 namespace tandem::physics {
 namespace {
 
-/// Regularisation of a massless tool: its inertial resistance within a step, as a fraction of the spring's resistance.
-/// The relative error of the tool's final pose is about this fraction. It was chosen to bound the condition number of
-/// the solver's matrix.
+/// Regularisation of a massless tool: in the solver, the tool has a small inertia. This constant is the resistance of
+/// the inertia within a step, as a fraction of the spring's resistance. The relative error of the tool's final pose is
+/// about this fraction. It was chosen to bound the condition number of the solver's matrix.
 constexpr double kRegularisation = 1e-4;
-/// Regularisation of a massless tool without a spring. With this mass, moving the tool by 1 mm in a step of 1 ms needs
-/// 1e-6 N.
+/// Minimum mass of the regularisation, for a massless tool without a spring. Moving this mass by 1 mm in a step of 1 ms
+/// needs only 1e-6 N.
 constexpr double kMinRegularisation_kg = 1e-9;
 /// Minimum radius of gyration of the regularisation; equal to kToolGyrationRadius_m.
 constexpr double kGyration_m = 0.015;
 
-/// Returns the twist of the centre that moves the tool T to the handle within a step.
+/// Returns the twist of the object's centre with which the tool frame T reaches the handle's pose within a step.
 Twist twist_to_handle(const Pose& X_WH, const Pose& X_WT, const Vec3& p_WC, double step_s) {
   const Vec3 turn = rotation_vector(X_WH.q * X_WT.q.conjugate());
   const Vec3 p_WC_then = X_WH.p - quaternion_of(turn) * (X_WT.p - p_WC);
@@ -71,11 +71,11 @@ void InertialessThings::add_coupling(double step_s, const TouchThing& thing, con
                                      Motion& motion) noexcept {
   const Vec3 p_WC = thing.rigid->centre_W();
   const Twist V_WC = twist_to_handle(coupling.hand->target_pose(), coupling.X_WT, p_WC, step_s);
-  // If several hands hold the object, it moves by the mean of the motions that they require.
+  // If several hands hold the object, its motion is the mean of the motions to their handles.
   motion.V_WC.v += V_WC.v / motion.hands;
   motion.V_WC.w += V_WC.w / motion.hands;
-  // The factor 2 allows for sliding: a massless tool may slide along an obstacle by the full distance to its handle
-  // without stretching its spring.
+  // The factor 2 allows for sliding: a massless tool may slide along an obstacle as far as its distance to the handle,
+  // while its distance to the handle does not decrease.
   motion.reach_m += 2 * step_s * (V_WC.v.norm() + 2 * thing.model->radius_m * V_WC.w.norm());
   motion.lever_W = coupling.X_WT.p - p_WC;
   const haptics::CouplingParameters& spring = coupling.hand->parameters();
@@ -98,13 +98,13 @@ void InertialessThings::add_joint(double step_s, const TouchThing& thing, const 
   motion.inertia_kg_m2 = std::max(motion.inertia_kg_m2, squared * joint.law->joint().stiffness_n_m_per_rad);
 }
 
-/// Returns the reach of the couplings plus two further motions: by external wrenches, which stretch the spring, and by
-/// a moving fluid.
+/// Returns the upper limit of the object's motion in a step: the sum of the motions by its couplings and joints, by
+/// external wrenches, which stretch the springs, and by a moving fluid.
 double InertialessThings::reach_m(double step_s, const TouchThing& thing, std::size_t index) const noexcept {
   const Motion& motion = motions_[index];
   const Vec3& f = thing.wrench_W.f;
   const Vec3 about_tool_W = thing.wrench_W.t - motion.lever_W.cross(f);
-  // The factor 2 allows for a nonlinear law, which yields more than its initial slope predicts.
+  // The factor 2 allows for a nonlinear law, whose spring may stretch more than its initial slope predicts.
   const double squared = 2 * kRegularisation * step_s * step_s;
   const double moved_m = squared * f.norm() / motion.mass_kg;
   const double turned_rad = squared * about_tool_W.norm() / motion.inertia_kg_m2;
@@ -140,8 +140,8 @@ void InertialessThings::add_drags(std::span<const TouchThing> things, std::span<
   }
 }
 
-/// Writes the contact load to the hands and joints of objects at their handle. Such an object is not part of the
-/// solution. The hands carry its load, up to the limits of the coupling.
+/// Computes the wrenches of hands and joints on objects at their handle. Such an object is not part of the solution.
+/// Its hands carry the contact load on it, up to the limits of their couplings.
 void InertialessThings::show_contacts(double step_s, std::span<const TouchThing> things,
                                       std::span<const TouchContact> felt, std::span<TouchCoupling> couplings,
                                       std::span<TouchJoint> joints) const noexcept {

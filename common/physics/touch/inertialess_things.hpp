@@ -10,7 +10,7 @@
 namespace tandem::physics {
 
 /// Handles the implicit objects without inertia in the touch stage (TouchThing::dynamics): massless objects, and
-/// objects at their handle. In each step every function is called once, in the order of declaration.
+/// objects at their handle. In each step the public functions are called in the order of their declaration.
 ///
 /// Model   kMassless: the object moves to the equilibrium of its coupling, its contacts and wrench_W, and has no
 ///         velocity at the end of the step. In the solver it has a small mass (the regularisation), whose effect on the
@@ -23,8 +23,8 @@ class InertialessThings {
   InertialessThings(std::size_t things, std::size_t tools, double speed_m_per_s);
   ~InertialessThings();
 
-  /// Computes the displacement of each object without inertia by its couplings and joints. An object at its handle is
-  /// moved before contacts are searched, with limited speed, so that the contacts found are those of its final pose.
+  /// Computes how far the couplings and joints move each object without inertia. Objects at their handle are already
+  /// moved here, with limited speed, so that the contacts found later are those of their final poses.
   TickFaults follow(double step_s, std::span<const TouchThing> things, std::span<const TouchCoupling> couplings,
                     std::span<const TouchJoint> joints) noexcept;
   /// Returns the upper limit of this object's motion in the step.

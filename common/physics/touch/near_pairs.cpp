@@ -12,7 +12,8 @@ namespace {
 /// Minimum search distance between shapes, used even if all objects are at rest.
 constexpr double kMinBand_m = 5e-5;
 
-/// Maximum number of close pairs that are compared by depth if there are more pairs than can be searched.
+/// Maximum number of close pairs that are compared. If there are more close pairs than can be searched, the comparison
+/// chooses those with the deepest contacts.
 constexpr std::size_t kMaxNear = 4096;
 
 }  // namespace
@@ -70,8 +71,8 @@ TickFaults NearPairs::find(std::span<const TouchThing> things, std::span<const d
   return is_found ? TickFaults{0} : search(things, reach_m);
 }
 
-/// If there are too many pairs, the result is discarded. The choice among the pairs needs the depths of contacts, which
-/// are known only in the step.
+/// If more pairs are close than can be searched, the result is discarded. Choosing among them needs the depths of the
+/// contacts, which are known only in the step.
 void NearPairs::look_ahead(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept {
   found_things_.clear();
   if (search(things, reach_m) != 0) return;
@@ -100,11 +101,12 @@ TickFaults NearPairs::search(std::span<const TouchThing> things, std::span<const
     if (things[a].role != TouchThing::Role::kImplicit || !things[a].model->can_be_touched()) continue;
     for (std::size_t b = 0; b < things.size(); ++b) {
       const TouchThing& other = things[b];
-      // Two implicit objects form one pair, so the pair in reverse order is skipped.
+      // A pair of two implicit objects is found twice; it is added only in the order a < b.
       const bool is_met_later = other.role == TouchThing::Role::kImplicit && b <= a;
       if (other.role == TouchThing::Role::kAbsent || is_met_later || !other.model->can_be_touched()) continue;
       if (things[a].passes_through == b || other.passes_through == a) continue;
-      // The factor 1.5 allows for contacts that push a neighbouring object within the step.
+      // Search distance. The factor 1.5 allows for objects that a contact in this step moves farther than their
+      // predicted reach.
       const double band = std::max(kMinBand_m, 1.5 * (reach_m[a] + reach_m[b]));
       has_room = add(things, a, b, band) && has_room;
     }
@@ -141,8 +143,9 @@ bool NearPairs::add(std::span<const TouchThing> things, std::size_t a, std::size
   return true;
 }
 
-/// Assigns to each close pair the Pair that it had in the last step, so that the friction state is preserved. That Pair
-/// may have the two things in reverse order, because one of them has changed its role since. The order is then kept.
+/// Assigns to each close pair the Pair object of the last step, so that the friction state is preserved. If an object
+/// has changed its role since, the Pair may contain the two objects in reverse order. The order of the Pair is then
+/// kept.
 void NearPairs::match(std::span<const TouchThing> things) noexcept {
   const auto used = std::span(pairs_).first(end_);
   for (Near& near : near_) {
@@ -160,7 +163,8 @@ void NearPairs::match(std::span<const TouchThing> things) noexcept {
   }
 }
 
-/// Chooses the pairs with the deepest contact first, then those that were close in the last step.
+/// Chooses pairs if more are close than can be searched: those with the deepest contact first, then those that were
+/// close in the last step.
 TickFaults NearPairs::choose_nearest() noexcept {
   if (near_.size() <= pairs_.size()) return 0;
   const auto is_before = [](const Near& x, const Near& y) {
@@ -203,8 +207,8 @@ void NearPairs::bind(std::span<const TouchThing> things) noexcept {
   }
 }
 
-/// Corrects the contacts of a pair. For this, collects two lists of shapes: shapes beside B that are close to A, and
-/// shapes beside A that are close to B.
+/// Corrects the contacts of a pair of shapes A and B. The correction uses two lists of other shapes: those beside B
+/// that are close to A, and those beside A that are close to B.
 void NearPairs::join(std::span<const TouchThing> things, Pair& pair) noexcept {
   if (neighbours_.size() < 2 || pair.contacts.contacts().empty()) return;
   for (auto& shapes : beside_) shapes.clear();

@@ -8,8 +8,8 @@
 
 namespace tandem::physics {
 
-/// Returns the capacities for all bodies of `world` and these tools. The capacity for pairs of shapes is the largest
-/// number of pairs that can be close at the same time, up to the scene's limit. Each pair needs 0.7 MB.
+/// Returns the capacities for all bodies of `world` and the given tools. The capacity for pairs of shapes is the number
+/// of pairs that can be close at the same time, but not more than the scene's limit, because each pair needs 0.7 MB.
 TouchStage::Limits touch_limits(const WorldDescription& world, std::span<const ToolDescription> tools);
 
 }  // namespace tandem::physics

@@ -13,12 +13,13 @@ namespace {
 /// Capacity of the solver: number of contact points of all pairs in a step.
 constexpr std::size_t kMaxRows = 65536;
 
-/// Constants of the predicted reach of an object in the next step: kLikelyReach times the last reach, plus the
-/// displacement by an acceleration of kLikelyPush_m_per_s2. If an object moves farther, its contacts are searched
-/// again.
+/// Constants of look_ahead(): the reach of an object in the next step is predicted as kLikelyReach times its last
+/// reach, plus the displacement by an acceleration of kLikelyPush_m_per_s2. If the object moves farther, its contacts
+/// are searched again in the step.
 constexpr double kLikelyReach = 1.25, kLikelyPush_m_per_s2 = 10;
 
-/// Returns the wrench of a law on the frame X_WT of `rigid` in its present state, about the centre of mass.
+/// Returns the wrench of a coupling law on `rigid` in its present state, about the centre of mass. The law acts on the
+/// frame X_WT of the body.
 Wrench about_centre_W(const contact::SolverCoupling& coupling, const RigidBody& rigid) {
   const Pose& X_WT = coupling.X_WT;
   const Twist V_WT{rigid.velocity_at_W(X_WT.p), rigid.velocity_of_centre_W().w};
@@ -96,8 +97,8 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
   return faults;
 }
 
-/// Searches contacts for the next step. No search is made if an object is at its handle, because the next pose of that
-/// object is unknown.
+/// Searches contacts for the next step. If any object is at its handle, nothing is searched, because the next pose of
+/// that object is unknown.
 void TouchStage::look_ahead(double step_s, std::span<const TouchThing> things) noexcept {
   for (contact::SolverPatch& patch : patches_) patch.contacts = {};
   const auto jumps = [](const TouchThing& thing) {
@@ -136,7 +137,8 @@ void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things
     const RigidBody& rigid = *things[i].rigid;
     gain(step_s, things[i].wrench_W, rigid, gained_[i]);
     const Twist& V = rigid.velocity_of_centre_W();
-    // A contact may cancel the added velocity, so the larger of both speeds is used.
+    // A contact may prevent the object from gaining the velocity, so the larger of the speeds with and without the gain
+    // is used.
     const double linear = std::max(V.v.norm(), (V.v + gained_[i].v).norm());
     const double angular = std::max(V.w.norm(), (V.w + gained_[i].w).norm());
     reach_m_[i] = step_s * std::min(linear + rigid.radius_m() * angular, limits_.speed_m_per_s);
@@ -197,8 +199,9 @@ void TouchStage::add_patch(std::span<const TouchThing> things, NearPairs::Pair& 
   patch_things_.push_back({near.thing_a, near.thing_b});
 }
 
-/// Adds the couplings and joints that are part of the solution. Excluded are those of objects at their handle (see
-/// InertialessThings::show_contacts()), and joints of external objects without contact.
+/// Adds the couplings and joints that are part of the solution. Two kinds are not:
+/// * those of objects at their handle (InertialessThings::show_contacts())
+/// * joints of external objects without contact
 void TouchStage::add_couplings(std::span<const TouchThing> things, std::span<TouchCoupling> couplings,
                                std::span<TouchJoint> joints) noexcept {
   couplings_.clear();
@@ -250,8 +253,8 @@ void TouchStage::feel() noexcept {
   }
 }
 
-/// Propagates is_reached and the set of hands from object to object through contacts, until nothing changes. Starts
-/// from the objects that make others implicit. Chains of contacts are short.
+/// Propagates is_reached and the set of hands from object to object through contacts, starting from the objects that
+/// make others implicit. The loop repeats until nothing changes; chains of touching objects are short.
 void TouchStage::find_reached(std::span<const TouchThing> things) noexcept {
   for (std::size_t i = 0; i < things.size(); ++i) {
     if (things[i].role != TouchThing::Role::kImplicit) continue;

@@ -17,6 +17,7 @@ namespace tandem::physics {
 
 /// Computes contact and coupling of one step.
 ///
+/// Terms (TouchThing::Role): this stage moves implicit objects; another component moves external objects.
 /// Third law: a contact between an implicit and an external object has one wrench. The external object receives it with
 /// the opposite sign, as an external force (RigidBody::apply_wrench()).
 class TouchStage {
@@ -36,13 +37,15 @@ class TouchStage {
   TickFaults step(double step_s, std::span<TouchThing> things, std::span<TouchCoupling> couplings,
                   std::span<TouchJoint> joints) noexcept;
 
-  /// Searches the contacts of the next step in idle time, from the present poses and a predicted reach. The predicted
-  /// reach is longer than the reach of a step, so more contacts without a force are found. If the step does not use the
-  /// result, the contacts' friction state is passed on through one search more than usual. After this call,
-  /// pressed_points_W() returns no points.
+  /// Searches the contacts of the next step in idle time, from the present poses and a predicted reach. Two side
+  /// effects:
+  /// * The predicted reach is longer than the reach of a step, so more contacts without a force are found.
+  /// * If the step does not use the result, it searches again. The contacts' friction state is then transferred once
+  ///   more than usual, from the discarded search to the new one.
+  /// After this call, pressed_points_W() returns no points.
   void look_ahead(double step_s, std::span<const TouchThing> things) noexcept;
 
-  /// Contacts of an implicit object in the last step.
+  /// Contacts of an implicit object (one that this stage moves) in the last step.
   const TouchContact& contact(std::size_t thing) const { return felt_[thing]; }
   /// Returns the contact of `thing` with `other` in the last step. Cost: linear in the number of close pairs.
   TouchBetween between(std::size_t thing, std::size_t other) const noexcept;
@@ -53,8 +56,8 @@ class TouchStage {
       if (results_[i].pressing > 0) use(patch_things_[i][0], patch_things_[i][1], results_[i]);
     }
   }
-  /// Writes the positions in W of contact points of `thing` that have a force. If `out` is too small for all, the
-  /// written points are an even selection. Returns their number.
+  /// Writes the positions in W of contact points of `thing` that have a force, and returns their number. If `out` is
+  /// too small for all points, evenly spaced entries of their list are written.
   std::size_t pressed_points_W(std::size_t thing, std::span<Vec3> out) const noexcept;
 
  private:

@@ -14,8 +14,8 @@
 
 namespace tandem::physics {
 
-/// Fluid around a massless object, at the object's origin. Its drag is part of the solution, because a massless object
-/// has no velocity at the start of a step.
+/// Fluid around a massless object, at the object's origin. A massless object has no velocity at the start of a step
+/// from which its drag could be computed, so the drag is part of the solution.
 struct TouchDrag {
   Viscosity fluid{0, 0};
   Twist V_W;  ///< velocity of the fluid
@@ -30,16 +30,21 @@ struct TouchDrag {
 
 /// One rigid object (body or tool) of the world in the current step.
 struct TouchThing {
-  /// Component that moves the object. kAbsent: the object is not in the world. kImplicit: only this stage moves it.
-  /// kExternal: FreeBodies moves it; if it touches an implicit object, this stage includes its inertia and applies the
-  /// contact wrench to it. kStatic: it does not move.
+  /// Component that moves the object:
+  /// * kAbsent: none; the object is not in the world.
+  /// * kImplicit: the touch stage.
+  /// * kExternal: FreeBodies. If the object touches an implicit object, the touch stage includes its inertia in the
+  ///   solution and applies the contact wrench to it.
+  /// * kStatic: none; the object does not move.
   enum class Role : std::uint8_t { kAbsent, kImplicit, kExternal, kStatic };
 
   RigidBody* rigid = nullptr;
   const TouchModel* model = nullptr;
   Role role = Role::kAbsent;
-  bool makes_implicit = false;  ///< true: bodies that it touches become implicit (for a tool or a held or kept body)
-  std::uint32_t hands = 0;      ///< bit i: this object is tool i, or tool i holds it
+  /// True: bodies that this object touches become implicit. It is true for tools, and for bodies that are held or kept
+  /// in the touch stage.
+  bool makes_implicit = false;
+  std::uint32_t hands = 0;  ///< bit i: this object is tool i, or tool i holds it
   haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;  ///< used only for implicit objects
   Wrench wrench_W = {};                                               ///< weight and fields, about the centre of mass
   std::optional<std::size_t> passes_through = {};                     ///< object with which contact is ignored
@@ -66,9 +71,9 @@ struct TouchJoint {
   std::size_t thing = 0;
   const JointLaw* law = nullptr;
   RigidState target;
-  Pose X_WT;               ///< joint frame, fixed to the object
-  Wrench wrench_W = {};    ///< zero, too, for an external object without contact
-  bool is_solved = false;  ///< true: the joint was part of the solution; false: external object without contact
+  Pose X_WT;             ///< joint frame, fixed to the object
+  Wrench wrench_W = {};  ///< zero for an external object without contact, because its joint is not part of the solution
+  bool is_solved = false;  ///< true: wrench_W is a result; false: the joint was not part of the solution
 
   contact::SolverCoupling coupling(int body) const { return {body, law, target.X, target.V, X_WT}; }
 };
@@ -77,10 +82,11 @@ struct TouchJoint {
 struct TouchContact {
   std::uint32_t pressing = 0;  ///< number of contact points with a force
   double deepest_m = 0;
-  bool is_reached = false;  ///< true: the object makes others implicit, or contacts link it to such an object
-  std::uint32_t hands = 0;  ///< bit i: the object is tool i, or tool i touches it directly or through others
-  Wrench wrench_W;          ///< total contact wrench on the object, about the origin of W
-  Twist V_WC;               ///< velocity of its centre in the step, also for a massless object
+  bool is_reached = false;  ///< true: the object makes others implicit, or is linked to such an object by contacts
+  /// Bit i: tool i acts on the object: it is the object, holds it, or touches it directly or through other objects.
+  std::uint32_t hands = 0;
+  Wrench wrench_W;  ///< total contact wrench on the object, about the origin of W
+  Twist V_WC;       ///< velocity of its centre in the step, also for a massless object
 };
 
 /// Contact between two objects in the last step.
@@ -90,7 +96,7 @@ struct TouchBetween {
 };
 
 /// Limits the motion of an object to the distance within which contacts were searched. Returns true if the motion was
-/// scaled down. This is safe, because the shortened motion remains on the solved path.
+/// scaled down. A shortened motion is safe, because it covers only the first part of the solved motion.
 bool limit_motion(Twist& V_WC, double radius_m, double speed_m_per_s) noexcept;
 
 }  // namespace tandem::physics

@@ -14,7 +14,7 @@ namespace tandem::eeg {
 inline constexpr const char* kNotMedical =
     "Not a medical device: its output is for games and research, not for diagnosis or treatment.";
 
-/// Options that select recordings and channels, and that set how a recording is cut into windows.
+/// Options that select recordings and channels, and that set the length and the step of the windows.
 struct RecordingOptions {
   std::vector<std::filesystem::path> files;
   std::vector<std::string> channels;

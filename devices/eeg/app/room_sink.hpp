@@ -6,7 +6,7 @@
 
 namespace tandem::eeg {
 
-/// Sends each report with a value to a room, and passes all of them on to another sink.
+/// Sends each report that has a value to a room. Passes all reports on to a second sink.
 class RoomSink final : public SignalSink {
  public:
   /// Waits until the room has admitted this source.

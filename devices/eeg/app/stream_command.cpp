@@ -49,7 +49,7 @@ std::unique_ptr<EegSource> open_source(StreamOptions& options, const Model& mode
   return std::make_unique<RecordedSource>(generate(options.generator), !options.is_immediate);
 }
 
-/// Reads the source and sends a report in each period, until the source or `duration_s` ends.
+/// Reads the source and sends one report per period, until the source has ended or `duration_s` has passed.
 void stream(EegSource& source, ValenceSignal& signal, SignalSink& sink, double rate_hz, double duration_s) {
   const std::size_t channels = source.format().channels.size();
   const Duration period = from_seconds(1 / rate_hz);

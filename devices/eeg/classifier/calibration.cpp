@@ -23,7 +23,8 @@ std::optional<double> seconds_in(std::string_view text) {
   return is_number && std::isfinite(value) && value >= 0 ? std::optional(value) : std::nullopt;
 }
 
-/// Returns a hash of the samples from `begin` to `end` in hexadecimal: FNV-1a, with 64-bit samples instead of bytes.
+/// Returns a hash of the samples from `begin` to `end`, in hexadecimal. Algorithm: FNV-1a, applied to 64-bit samples
+/// instead of bytes.
 std::string fingerprint_of(const Recording& recording, std::size_t begin, std::size_t end) {
   std::uint64_t hash = 14695981039346656037ULL;
   for (const std::vector<double>& channel : recording.samples_uv) {
@@ -47,8 +48,8 @@ void check_format(const Calibration& calibration, const Recording& recording) {
                                 "; sessions of one person must have one rate");
 }
 
-/// Refuses a session whose samples are a copy of an earlier session. The hashes of all samples are compared, so a copy
-/// is found even if its blocks begin and end at different times.
+/// Refuses a session whose samples are a copy of an earlier session. It compares hashes of all samples of the sessions.
+/// Hashes of blocks would not detect a copy whose labels begin and end at different times.
 void check_copy(const Calibration& calibration, const Recording& recording, const std::string& fingerprint) {
   const auto known = std::ranges::find(calibration.session_fingerprints, fingerprint);
   if (known == calibration.session_fingerprints.end()) return;
@@ -65,7 +66,7 @@ void check_overlap(const Recording& recording, const std::vector<Block>& blocks)
   }
 }
 
-/// A block as a range of sample indices, and its index in Calibration::blocks.
+/// A labelled block as a range of sample indices. `block` is its index in Calibration::blocks.
 struct Span {
   std::size_t begin, end, block;
   bool is_positive;

@@ -18,15 +18,15 @@ struct Labels {
   std::string positive = "positive";
 };
 
-/// An interval of a recording in which the person's state is constant. Windows of one block resemble each other,
-/// whatever the state, so they must not be split between training and test.
+/// An interval of a recording in which the person's state is constant. Windows of one block resemble each other for
+/// reasons other than the state. They must therefore not be split between training and test.
 struct Block {
   double begin_s = 0, end_s = 0;
   bool is_positive = false;
 };
 
-/// Finds the labelled blocks of a recording. An annotation without a duration lasts until the next label. Two blocks
-/// of the same state are merged if the pause between them is at most 1 s.
+/// Finds the labelled blocks of a recording. An annotation without a duration lasts until the next label. Two
+/// successive blocks of the same state are merged if the pause between them is at most 1 s.
 /// Fails   std::invalid_argument: no annotation has one of the labels, or two labels overlap; the message names the
 ///         labels
 std::vector<Block> blocks_of(const Recording& recording, const Labels& labels);
@@ -60,10 +60,10 @@ struct Calibration {
   std::size_t too_short_blocks = 0;      ///< number of blocks that are unused because they are shorter than a window
 };
 
-/// Returns for each block whether it has a window without artefacts.
+/// Returns a flag for each block: true if the block has at least one window without artefacts.
 std::vector<bool> blocks_with_windows(const Calibration& calibration);
 
-/// Cuts a recording into windows, each within one block, and appends them as a new session.
+/// Divides the blocks of a recording into windows, and appends these windows as a new session.
 /// Fails   std::invalid_argument: channels or rate differ from the previous session, or the calibration already
 ///         contains the same data
 void add_session(Calibration& calibration, const Recording& recording);

@@ -79,7 +79,8 @@ void take_weights(Model& model, const svm_model& machine) {
     for (const svm_node* node = machine.SV[i]; node->index != -1; ++node)
       model.weights[static_cast<std::size_t>(node->index - 1)] += machine.sv_coef[0][i] * node->value;
   }
-  // A positive decision of libsvm means the label of the first training sample, which may be either state.
+  // In libsvm, a positive decision value stands for the label of the first training sample. That label may be either
+  // state, so the sign is adapted.
   const double sign = machine.label[0] == kPositive ? 1 : -1;
   for (double& weight : model.weights) weight *= sign;
   model.bias = -sign * machine.rho[0];
@@ -93,8 +94,8 @@ std::size_t blocks_with(const Calibration& calibration, bool is_positive) {
   return count;
 }
 
-/// Cross-validation: returns for each window the decision value of a machine that was trained without the fold of its
-/// block, and whether the window is positive.
+/// Cross-validation. Returns two values for each window: its decision value, and whether it is positive. The decision
+/// value is that of a machine that was trained without the windows of the same fold.
 std::vector<std::pair<double, bool>> held_out_decisions(const Calibration& calibration, double penalty) {
   std::vector<std::size_t> fold_of(calibration.blocks.size());
   const std::vector<bool> has_windows = blocks_with_windows(calibration);

@@ -22,7 +22,7 @@ json::array texts_of(const std::vector<std::string>& values) {
   return list;
 }
 
-/// An artefact threshold: its name in the file, the member that stores it, and its largest allowed value.
+/// An artefact threshold: name in the file, member of ArtefactLimits, and largest allowed value.
 struct LimitField {
   const char* name;
   double ArtefactLimits::*value;
@@ -75,7 +75,7 @@ void save_model(const Model& model, const std::filesystem::path& file) {
                           {"offset", model.offset},
                           {"trained_blocks", texts_of(model.trained_blocks)},
                           {"trained_sessions", texts_of(model.trained_sessions)}};
-  // The model is personal data. Access by other users is removed before anything is written.
+  // The model is personal data, so other users' access to the file is removed before anything is written to it.
   std::ofstream out(file);
   std::error_code ignored;
   std::filesystem::permissions(file, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, ignored);
@@ -117,7 +117,8 @@ Model load_model(const std::filesystem::path& file) {
   if (model.trained_sessions.empty())
     fields.fail("trained_sessions", "it must have the hash of each recording of the training; train again");
   fields.finish();
-  // The constructor throws if channels, rate and settings are a combination that no training can have written.
+  // This constructor checks the combination of channels, rate and settings. It throws if no training can have produced
+  // it.
   const WindowReader possible(model.format, model.settings);
   return model;
 }

@@ -15,8 +15,8 @@ struct Sigmoid {
 /// Fits the sigmoid by maximum likelihood, with Newton's method.
 ///
 /// Source  Lin, Lin, Weng, "A note on Platt's probabilistic outputs for support vector machines", Machine Learning 68,
-///         2007, with its targets and regularisation. Difference: a negative slope is replaced by 0, so that the
-///         probability is the relative frequency of the state
+///         2007, with its targets and regularisation. Difference: if the fit gives a negative slope, the slope is 0,
+///         and the probability is then the relative frequency of the positive state
 /// In      decisions  for each window the decision value, and whether the state is positive
 Sigmoid fit_sigmoid(const std::vector<std::pair<double, bool>>& decisions);
 

@@ -39,8 +39,8 @@ class JsonLineSink final : public SignalSink {
   std::ostream& out_;
 };
 
-/// Computes the signal `valence`. A window with artefacts leaves the value unchanged, so that the age of the value
-/// grows.
+/// Computes the signal `valence`. During windows with artefacts, the value of the last good window is reported, with an
+/// increasing age.
 class ValenceSignal {
  public:
   /// Fails   std::invalid_argument: channels or rate differ from the model
@@ -48,8 +48,8 @@ class ValenceSignal {
 
   /// Accepts one sample of each channel [µV], recorded at `time`.
   void append(std::span<const double> frame_uv, LocalTime time);
-  /// Accepts the samples of one call of EegSource::read(). The last sample was recorded at `end`, and each other
-  /// sample one sampling period before the next.
+  /// Accepts the samples of one call of EegSource::read(). The last sample was recorded at the time `end`, each earlier
+  /// one a sampling period before its successor.
   void append_all(std::span<const double> frames_uv, LocalTime end);
   SignalReport report(LocalTime now) const;
   const ArtefactCount& artefacts() const { return count_; }

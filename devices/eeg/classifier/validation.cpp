@@ -23,11 +23,11 @@ void shuffle(std::vector<T>& values, Random& random) {
   }
 }
 
-/// Labelled state of a block or window, true if positive. Empty for a block without windows, which gets no fold.
+/// Labelled state of a block or window: true if positive. Empty for a block without windows, which belongs to no fold.
 using State = std::optional<bool>;
 
-/// Returns a random fold for each element of `states`. The elements are blocks, or single windows. Each state is
-/// distributed evenly over the folds.
+/// Assigns blocks or windows at random to folds. `states` has one element for each of them. Blocks or windows of the
+/// same state are distributed evenly over the folds. Returns the fold of each element.
 std::vector<std::size_t> dealt_out(const std::vector<State>& states, std::size_t folds, Random& random) {
   std::vector<std::size_t> order, fold(states.size());
   for (std::size_t i = 0; i < states.size(); ++i) {

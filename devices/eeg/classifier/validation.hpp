@@ -16,23 +16,27 @@ struct Fold {
 
 enum class SplitBy { kSessions, kBlocks, kWindows };
 
-/// Returns the folds. By sessions: each session is the test data of one fold, and `folds` has no effect. By blocks or
-/// by windows: they are distributed at random over `folds` parts, of which each is the test data of one fold.
-/// Fails   std::invalid_argument: there are fewer sessions, or blocks of a state, than folds
+/// Returns the folds of a cross-validation.
+/// * By sessions: each session is the test data of one fold, and `folds` has no effect.
+/// * By blocks or by windows: these are distributed at random over `folds` parts. Each part is the test data of one
+///   fold.
+/// Fails   std::invalid_argument: there are fewer than two sessions, or fewer windows, or blocks of one state, than
+///         `folds`
 std::vector<Fold> split(const Calibration& calibration, SplitBy by, std::size_t folds, std::uint64_t seed);
 
-/// Refuses folds with windows of one block in both the training and the test data. Windows of a block resemble each
-/// other whatever the state, so such a test would measure how well the block is recognised instead of the state.
+/// Refuses folds in which windows of one block are in both the training and the test data. Windows of a block resemble
+/// each other for reasons other than the state. Such a test would therefore measure how well the block is recognised.
 /// Fails   std::invalid_argument: the message names the block and the remedy
 void check_split(const Calibration& calibration, const std::vector<Fold>& folds);
 
-/// Result of a validation, compared with the range of accuracies that chance alone gives (permutation test).
+/// Accuracy of a classifier on test data, with the accuracies that chance alone gives (permutation test).
 struct Accuracy {
   std::size_t windows = 0, correct = 0;
   double share = 0;
-  /// 2.5 % and 97.5 % quantiles of `share` when the labels of the tested blocks are permuted within their session
+  /// Quantiles (2.5 % and 97.5 %) of `share` by chance: over many random permutations of the labels of the tested
+  /// blocks. Labels are permuted within each session.
   double chance_low = 0, chance_high = 0;
-  double p_value = 1;  ///< fraction of permutations with at least this accuracy
+  double p_value = 1;  ///< fraction of the permutations whose accuracy is at least `share`
 
   bool is_above_chance() const { return share > chance_high; }
 };

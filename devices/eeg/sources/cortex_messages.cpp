@@ -14,8 +14,8 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::string_view kCounter = "COUNTER", kInterpolated = "INTERPOLATED";
-/// Columns of a sample that do not belong to an electrode, in any version of the service. Columns whose names begin
-/// with MARKER do not belong to one either.
+/// Columns of a sample that do not contain the value of an electrode, in any version of the service. Columns whose
+/// names begin with MARKER do not contain one either.
 constexpr std::array<std::string_view, 6> kOtherColumns{kCounter,    kInterpolated, "RAW_CQ",
                                                         "TIMESTAMP", "BATTERY",     "BATTERY_PERCENT"};
 
@@ -135,8 +135,8 @@ CortexColumns::CortexColumns(const json::value& names) {
                              std::to_string(kMaxChannels) + " are possible");
 }
 
-/// Returns the number of samples that were lost since the previous sample. The counter wraps to 0 after a maximum that
-/// depends on the headset, so losses just before the wrap are not detected.
+/// Returns the number of samples that were lost since the previous sample, from the counter in each sample. After a
+/// maximum that depends on the headset, the counter restarts at 0. Losses at a restart are therefore not detected.
 std::size_t CortexColumns::lost_before(const json::array& sample) {
   const auto number = counter_place_ ? number_of(sample[*counter_place_]) : std::nullopt;
   if (!number || *number < 0 || *number > 1e6) return 0;

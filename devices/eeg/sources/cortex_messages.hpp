@@ -44,9 +44,10 @@ class CortexColumns {
   explicit CortexColumns(const boost::json::value& names);
 
   const std::vector<std::string>& electrodes() const { return electrodes_; }
-  /// Appends the values of the electrodes of a sample [µV]. If the counter shows that samples were lost, NaN samples
-  /// are appended first, at most `max_lost`. An interpolated sample is replaced by NaN. Returns false, and appends
-  /// nothing, if the sample does not have the columns of the answer.
+  /// Appends the values of the electrodes in one sample [µV].
+  /// * Lost samples: if the counter shows a gap, one NaN sample for each, at most `max_lost`, is appended first.
+  /// * Interpolated sample: NaN is appended instead of its values.
+  /// * Sample with other columns than the service announced: nothing is appended, and the result is false.
   bool append(const boost::json::array& sample, std::size_t max_lost, std::vector<double>& frames_uv);
 
  private:

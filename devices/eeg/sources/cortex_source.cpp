@@ -108,8 +108,8 @@ class CortexLink {
   std::optional<CortexMessage> next(Duration wait);
 
  private:
-  /// Waits for the operation that was started last, and returns its error code. Returns nothing if the operation has
-  /// not ended within `wait`; it then stays active.
+  /// Waits at most `wait` for the operation that was started last. Returns its error code. Returns nothing if it has
+  /// not ended by then; it remains active in this case.
   std::optional<error_code> run(Duration wait);
   void begin_read();
 
@@ -165,7 +165,8 @@ std::optional<CortexMessage> CortexLink::next(Duration wait) {
   const SteadyClock clock;
   const LocalTime end = clock.now() + wait;
   do {
-    // A message that arrived during a write is evaluated first, because the next read appends to the same buffer.
+    // If a message arrived during a write, it is evaluated before a new read begins, because a read appends to the same
+    // buffer.
     if (!read_result_) begin_read();
     io_.restart();
     if (!read_result_) io_.run_one_for(std::max(end - clock.now(), Duration{0}));

@@ -28,14 +28,14 @@ struct CortexSettings {
   Duration answer_within = std::chrono::seconds(10);    ///< time limit of each request
   Duration headset_within = std::chrono::seconds(30);   ///< time limit until the headset is connected
   Duration approved_within = std::chrono::seconds(60);  ///< time limit until the user approves the application
-  Duration silent_for = std::chrono::seconds(5);        ///< the headset counts as lost after this time without a sample
+  Duration silent_for = std::chrono::seconds(5);        ///< time without a sample until the headset counts as lost
 };
 
 /// Opens a session with these calls of the Cortex API: requestAccess, authorize, queryHeadsets, controlDevice,
 /// createSession, subscribe.
 ///
-/// The service's certificate is self-signed and cannot be verified. Therefore only addresses of this machine are
-/// accepted, so that no other machine can impersonate the service.
+/// Only addresses of this machine are accepted. The service's certificate is self-signed and cannot be verified, so a
+/// remote machine could impersonate the service.
 ///
 /// Fails   std::invalid_argument: the URL is not on this machine; std::runtime_error: a call failed. The message names
 ///         the call and the remedy

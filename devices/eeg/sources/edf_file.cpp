@@ -12,7 +12,7 @@
 namespace tandem::eeg {
 namespace {
 
-/// Units of time of EDFlib: 100 ns, except 100 µs for the annotations that it writes.
+/// Units of time in EDFlib, as ticks per second: 100 ns in general, but 100 µs when annotations are written.
 constexpr double kTicksPerS = EDFLIB_TIME_DIMENSION;
 constexpr double kWriteTicksPerS = 1e4;
 constexpr std::int64_t kMaxAnnotations = 1'000'000;
@@ -107,8 +107,8 @@ void describe(int handle, const EdfContent& content) {
     failures += edf_set_label(handle, i, one.name.c_str());
     failures += edf_set_physical_dimension(handle, i, one.unit.c_str());
   }
-  // By default, EDFlib writes the current date, which could identify a session. The earliest date of the format is
-  // written instead.
+  // EDFlib would write the current date, from which a session could be identified. The earliest date that the format
+  // allows is written instead.
   failures += edf_set_startdatetime(handle, 1985, 1, 1, 0, 0, 0);
   const auto first = content.signals.front();
   const std::size_t records = first.digital.size() / static_cast<std::size_t>(first.samples_per_record);

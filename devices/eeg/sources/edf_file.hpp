@@ -10,7 +10,7 @@
 
 namespace tandem::eeg {
 
-/// One signal of a file, with the integers that the file contains and their scale.
+/// One signal of a file: its integers as stored in the file, and the scale that converts them to physical values.
 struct EdfSignal {
   std::string name;
   std::string unit;
@@ -24,7 +24,7 @@ struct EdfSignal {
 
 struct EdfContent {
   bool is_bdf = false;
-  double record_s = 1;  ///< duration of a data record; the file is a sequence of them
+  double record_s = 1;  ///< duration of a data record; a file is a sequence of data records
   std::vector<EdfSignal> signals;
   std::vector<Annotation> annotations;
 };
@@ -40,7 +40,7 @@ void write_edf(const std::filesystem::path& file, const EdfContent& content);
 
 /// Reads the EEG channels of a file, converted to microvolts.
 ///
-/// In      channels  names of the channels to read, in this order; empty: all channels whose unit is a voltage
+/// In      channels  names of the channels to read, in this order; empty: all channels with a voltage as unit
 /// Fails   std::invalid_argument: a channel is missing or not a voltage, or the rates differ
 Recording read_recording(const std::filesystem::path& file, const std::vector<std::string>& channels);
 

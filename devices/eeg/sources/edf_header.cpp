@@ -12,7 +12,7 @@
 namespace tandem::eeg {
 namespace {
 
-constexpr std::size_t kBlock = 256;  ///< size of the fixed part, and of the description of each signal [bytes]
+constexpr std::size_t kBlock = 256;  ///< size [bytes] of the fixed part of the header, and of each signal's part
 constexpr std::size_t kMaxSignals = 640;
 constexpr std::uint64_t kMaxRecordBytes = 15'000'000;
 

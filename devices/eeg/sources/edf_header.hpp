@@ -6,11 +6,11 @@
 
 namespace tandem::eeg {
 
-/// Maximum number of samples in a file, summed over its signals: 14 channels at 128 Hz reach it in 20 hours.
+/// Maximum number of samples in a file, summed over its signals. 14 channels at 128 Hz reach this number in 20 hours.
 inline constexpr std::uint64_t kMaxFileSamples = std::uint64_t{1} << 27U;
 
-/// Checks the numbers of the header, their consistency, and the size of the file. EDFlib refuses wrong headers too, but
-/// does not name the wrong field.
+/// Checks that the numbers of the header are valid and consistent, and that they agree with the size of the file.
+/// EDFlib also refuses wrong headers, but its message does not name the wrong field.
 ///
 /// Source  Kemp, Olivan, "European data format 'plus' (EDF+)", Clinical Neurophysiology 114, 2003; the BDF+ description
 /// Fails   std::invalid_argument: the message names the file, the field, its value and the remedy

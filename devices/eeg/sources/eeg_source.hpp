@@ -16,8 +16,8 @@ class EegSource {
   /// Returns true for a headset, whose samples arrive in real time. Returns false for a recording in memory, where the
   /// time is the number of samples divided by the rate.
   virtual bool is_live() const = 0;
-  /// Waits for the duration `wait` (a replay may skip the wait), then appends the samples of this interval: for each
-  /// sample, one value of each channel [µV]. A lost sample is NaN. Returns false at the end of a recording.
+  /// Waits for the duration `wait` (a replay may return at once). Then appends the samples of this interval, each with
+  /// one value per channel [µV]; a lost sample is NaN. Returns false at the end of a recording.
   /// Fails   std::runtime_error: the source is lost; the message names the remedy
   virtual bool read(std::vector<double>& frames_uv, Duration wait) = 0;
 };

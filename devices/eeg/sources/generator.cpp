@@ -11,14 +11,14 @@
 namespace tandem::eeg {
 namespace {
 
-constexpr double kModulation = 0.3;    ///< change of the logarithm of a rhythm's amplitude per unit of z
+constexpr double kModulation = 0.3;    ///< change of ln(amplitude) of a rhythm per unit of z (GeneratorSettings)
 constexpr double kBackgroundUv = 4.0;  ///< standard deviation of each low-pass noise of the background
 constexpr double kAlphaUv = 8.0, kBetaUv = 5.0;
 constexpr double kBlinkUv = 250, kBlinkS = 0.3, kBadContactS = 10, kHumUv = 80;
 constexpr std::array kPinkHz{0.3, 1.0, 3.0, 10.0, 30.0};
 
-/// First-order low-pass noise with standard deviation 1. A sum of several, with corner frequencies evenly spaced on a
-/// logarithmic scale, has a spectrum of approximately 1/f.
+/// First-order low-pass noise with standard deviation 1. Several of them are added to obtain a spectrum of
+/// approximately 1/f; their corner frequencies are evenly spaced on a logarithmic scale.
 class LowPassNoise {
  public:
   LowPassNoise(double corner_hz, double rate_hz) : pole_(std::exp(-2 * std::numbers::pi * corner_hz / rate_hz)) {}
@@ -29,8 +29,8 @@ class LowPassNoise {
   double value_ = 0;
 };
 
-/// A rhythm, which is narrow-band noise with standard deviation 1: a sine and a cosine carrier whose amplitudes are
-/// low-pass noise.
+/// A rhythm of the EEG, simulated as narrow-band noise with standard deviation 1. It is the sum of a sine and a cosine
+/// carrier, each with low-pass noise as its amplitude.
 class Rhythm {
  public:
   Rhythm(double frequency_hz, double width_hz, double rate_hz)
@@ -136,7 +136,8 @@ void check(const GeneratorSettings& settings) {
 
 Recording generate(const GeneratorSettings& settings) {
   check(settings);
-  // States and artefacts use separate random streams, so that they do not depend on the number of channels.
+  // States, artefacts and signals use separate random streams. States and artefacts therefore do not depend on the
+  // number of channels.
   Random states_random(settings.seed, 3 * settings.session), random(settings.seed, 3 * settings.session + 1);
   Random artefacts(settings.seed, 3 * settings.session + 2);
   Recording recording{

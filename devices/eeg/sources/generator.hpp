@@ -12,22 +12,23 @@ namespace tandem::eeg {
 
 /// Settings of synthetic EEG. The state modulates the alpha and beta rhythms.
 ///
-/// Model   in each window of `window` samples, all channels have a common random number z. It is normally distributed
-///         with standard deviation 1 and mean ±Φ⁻¹(bayes_accuracy), with the sign of the state. The amplitudes of the
-///         two rhythms are proportional to exp(±0.3 z). No classifier of such windows can be more accurate than
-///         `bayes_accuracy`; with 0.5 the state has no effect.
+/// Model   z is a random number that all channels have in common during a window of `window` samples. It is normally
+///         distributed with standard deviation 1. Its mean is Φ⁻¹(bayes_accuracy), with the sign of the state. The
+///         amplitude of one rhythm is proportional to exp(0.3 z), that of the other to exp(−0.3 z). Consequence: no
+///         classifier of such windows can be more accurate than `bayes_accuracy`. With the value 0.5, the state has no
+///         effect.
 struct GeneratorSettings {
   std::uint64_t seed = 1;
-  std::uint64_t session = 0;  ///< number of the session; sessions of the same person differ in their noise
+  std::uint64_t session = 0;  ///< number of the session; sessions with equal seed differ in their noise
   double rate_hz = kDefaultRateHz;
   std::vector<std::string> channels = kDefaultChannels;
   std::size_t window = 512;
   std::size_t blocks = 20;            ///< number of blocks; each pair of blocks has both states, in random order
   std::size_t windows_per_block = 5;  ///< length of a block, in which the state is constant
   double bayes_accuracy = 0.9;
-  double block_effect = 0;           ///< standard deviation of a random offset of z in each block, whatever its state
-  double blinks_per_min = 0;         ///< mean rate; a blink is added to the first and the last channel
-  double bad_contacts_per_hour = 0;  ///< mean rate; a random channel is flat or has hum for 10 s
+  double block_effect = 0;           ///< standard deviation of an offset that each block adds to z at random
+  double blinks_per_min = 0;         ///< mean rate of blinks, which are added to the first and the last channel
+  double bad_contacts_per_hour = 0;  ///< mean rate of bad contacts: a random channel is flat or has hum for 10 s
   std::string negative = "negative", positive = "positive";  ///< labels of the blocks
 };
 

@@ -12,7 +12,7 @@
 namespace tandem::eeg {
 namespace {
 
-/// Functions of liblsl, loaded at run time. The declarations were written for this project from the library's
+/// Functions of liblsl, which is loaded at run time. The declarations were written for this project from the public
 /// documentation. Objects of the library are opaque pointers.
 struct LslFunctions {
   std::int32_t (*resolve)(void** infos, std::uint32_t size, const char* property, const char* value,
@@ -147,7 +147,8 @@ void LslSource::read_channel(void* channel, std::size_t index) {
 bool LslSource::read(std::vector<double>& frames_uv, Duration wait) {
   constexpr double kMarginS = 0.5;
   const std::size_t channels = microvolts_.size();
-  // The buffer is larger than the samples of `wait`, because pull_chunk would return early if it were full.
+  // The buffer holds more samples than arrive during `wait`. pull_chunk would return before `wait` has passed if the
+  // buffer became full.
   buffer_.resize(channels * static_cast<std::size_t>(1 + format_.rate_hz * (to_seconds(wait) + kMarginS)));
   std::int32_t error = 0;
   const unsigned long pulled =

@@ -43,16 +43,16 @@ struct ClientBenchRun {
   Histogram clock;  ///< duration of one read of the clock, measured at each tick
   Histogram work;   ///< duration of a fixed computation at each tick; its tail shows the timing jitter of the machine
   double force_max_n = 0;
-  double local_share = 0;       ///< fraction of the ticks in which the local model drives the hand
+  double local_share = 0;       ///< fraction of the ticks in which the displayed force comes from the local model
   double predicting_share = 0;  ///< fraction of the ticks in which a part of the force is predicted
 };
 
 constexpr Duration kJoinTimeout = std::chrono::seconds(30);
-/// Number of terms of the fixed computation. With this number it takes about as long as a tick of a simple scene.
+/// Number of terms of the fixed computation, chosen such that it takes about as long as a tick of a simple scene.
 constexpr std::size_t kWorkTerms = 1500;
 
-/// A simulated hand that is advanced outside the timed section, because the mechanics of the hand are not part of the
-/// client.
+/// Device of the measured client. It simulates the hand before a tick and only returns the result during the tick. Thus
+/// the measured time of a tick does not include the mechanics of the hand.
 class HandAhead final : public devices::Device {
  public:
   explicit HandAhead(devices::SimDevice& hand) : hand_(hand) {}
@@ -210,9 +210,9 @@ ClientBenchRun BenchSession::run() {
   return run_;
 }
 
-/// Runs the first user of the experiment alone, from joining until the end of the experiment, faster than real time.
-/// Between two ticks the server steps on the same core. Therefore the caches are as cold as for a client that shares
-/// its core with other programs.
+/// Runs the first user of the experiment alone, faster than real time, from joining until the end of the experiment.
+/// The server runs on the same core between two ticks and displaces the client's data from the caches. A real client
+/// that shares its core with other programs has the same disadvantage.
 ///
 /// Fails   std::runtime_error: the user cannot join the room, or has no local model although the stage requires one
 ClientBenchRun bench_client(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene) {
@@ -221,8 +221,8 @@ ClientBenchRun bench_client(const Experiment& experiment, const std::shared_ptr<
   return session.run();
 }
 
-/// A claim: upper limit for the 99th percentile of a tick's duration [µs]. The period is 1000 µs; device access (USB),
-/// wake-up and network need the rest.
+/// A claim: upper limit for the 99th percentile of a tick's duration [µs]. It is well below the period of 1000 µs,
+/// because device access (USB), wake-up and network need time too.
 struct Claim {
   const char* experiment;
   double tick_p99_us;

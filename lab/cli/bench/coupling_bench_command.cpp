@@ -25,8 +25,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Upper limit for the median duration of a law with its safety chain. A tick has 1000 µs; device, network and proxy
-/// need the rest.
+/// Upper limit for the median duration of a coupling law with its safety chain. It is a small part of a tick (1000 µs),
+/// because device, network and local model need most of the time.
 constexpr double kMedianBound_us = 2;
 /// Number of rounds. The compared laws alternate, so that a change of the processor's clock rate affects all of them.
 constexpr int kCouplingRounds = 5;
@@ -64,8 +64,8 @@ class Wander {
   Vec3 value_ = Vec3::Zero();
 };
 
-/// Returns random states of a hand in its workspace and of a tool up to a few centimetres and half a radian away. They
-/// cover the flat, the steep and the saturated part of every law's curve.
+/// Returns random states of a hand and of a tool, one pair for each tick. The tool is up to a few centimetres and half
+/// a radian away from the hand. The states cover the flat, the steep and the saturated part of every law's force curve.
 std::vector<WalkTick> random_walk() {
   Random random(kSeed);
   Wander place(0.04, 1), turn(0.5, 1), apart(0.012, 0.3), twisted(0.3, 0.3), speed(0.1, 0.1), spin(1, 0.1),
@@ -97,8 +97,8 @@ Wrench plain_spring(const WalkTick& tick) {
           c.damping_n_m_s_per_rad * (tick.V_WT.w - tick.V_WH.w)};
 }
 
-/// Limits the contact force as the room does for direct rendering. The duration does not depend on the contact, so any
-/// wrench can serve as the contact force.
+/// Limits the contact force as the room does for direct rendering. The argument may be any wrench, because the duration
+/// does not depend on its value.
 Wrench limited(const Wrench& contact) {
   const haptics::CouplingParameters c;
   return {haptics::saturated(contact.f, c.force_limit_n, c.saturation_softness),

@@ -31,8 +31,8 @@ namespace {
 
 namespace json = boost::json;
 
-/// Number of poses in a round. The ligand oscillates by ±0.5 Å and rotates slightly, so that its far end moves by a
-/// similar distance. No pose repeats.
+/// Number of poses in a round, all different. The ligand oscillates by ±0.5 Å. It also rotates so slightly that its far
+/// end moves by a similar distance.
 constexpr int kPoses = 16;
 constexpr double kSwingAngstrom = 0.5;
 constexpr double kTurnRad = 0.01;
@@ -117,8 +117,8 @@ json::object measured(const DockingPair& pair, docking::MolecularField& field, c
   return row;
 }
 
-/// Returns the error of the far-field grid relative to a sum over all pairs without cut-off. Errors are root mean
-/// squares over the poses.
+/// Returns the error that the far-field grid causes, as the RMS over the poses. The reference is the sum over all pairs
+/// of atoms without cut-off.
 json::object far_part(const DockingPair& pair, docking::MolecularField& field, const Pose& X_AB) {
   docking::FieldModel model = pair.model;
   model.has_far_grid = false;

@@ -1,6 +1,6 @@
 // `tandem-lab bench join`: measures the time until a user who joins over a slow line has a local model, and the delay
-// of states while assets share that line. Two further runs serve as comparison: in the first the client fetches one
-// chunk at a time; in the second the client has all assets already.
+// of states while assets share that line. Two further runs serve as comparison: a client that fetches one chunk at a
+// time, and a client that has all assets from the start.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

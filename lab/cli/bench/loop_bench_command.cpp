@@ -37,7 +37,7 @@ namespace json = boost::json;
 
 // Upper limits for the effect of the window on the haptic loop. The values are our choice. Their order is:
 // * ratio of a percentile with window to the percentile without window
-// * p99 [µs] that is accepted at any ratio
+// * 99th percentile of the lateness [µs] that is accepted regardless of the ratios
 // * ratio of a percentile of the client to that of cyclictest
 // * additional late ticks [%]
 constexpr double kWindowShare = 1.5, kWindowAllowed_us = 150, kPeerShare = 1.3, kLateAllowed_percent = 0.1;
@@ -60,7 +60,8 @@ struct LoopFigures {
   double missed = 0;
   double late_percent = 0;  ///< percentage of ticks that are more than 1 ms late
   double tick_p50_us = 0, tick_p99_us = 0;
-  double awake = 0;  ///< 1 if deep idle states of the processor were disabled
+  /// 1 if deep idle states of the processor were disabled, otherwise 0; median if there are several runs
+  double awake = 0;
 };
 
 struct LoopBenchResult {

@@ -58,7 +58,8 @@ RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& sce
     throw std::invalid_argument("--users " + std::to_string(hands.size()) + ": the scene has " +
                                 std::to_string(scene->world.tools.size()) + " tools; give fewer users");
   }
-  // Passivity control is off, because the hands follow paths and supply no energy.
+  // Passivity control is off. It would limit a tool to the energy that its hand supplies, and the simulated users
+  // report no supplied energy.
   const server::RoomOptions options{.steps_soft_aside = true, .controls_tool_passivity = false};
   const auto room = std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene, options);
   std::vector<std::unique_ptr<SimulatedUser>> seats;
@@ -137,8 +138,8 @@ void print(const RoomBenchOptions& options, const RoomBenchResult& result, const
   print_checks(std::cout, checks);
 }
 
-/// Returns one path for each user. Users beyond the named paths get a path that presses down, because the shipped
-/// scenes have an object below every tool.
+/// Returns one path for each user. A user for whom no path is named gets a path that presses down: in the shipped
+/// scenes, every tool has an object below it.
 std::vector<std::string> hands_of(const RoomBenchOptions& options) {
   std::vector<std::string> hands = options.hands;
   if (hands.size() > options.users) {

@@ -37,7 +37,8 @@ constexpr int kRoomPriority = 60;
 constexpr double kMaxLatency_us = 500;
 constexpr double kMaxEchoes = 2;
 constexpr double kMaxAead_percent = 10;
-/// With --overload, this delay is added to each step of the first room, so that a step takes five periods.
+/// With --overload, each step of the first room is delayed by this time. At 1 kHz, a step then takes about five
+/// periods.
 constexpr Duration kOverload = std::chrono::milliseconds(4);
 
 struct ServerBenchOptions {
@@ -51,8 +52,8 @@ struct ServerBenchOptions {
   bool prints_json = false;
 };
 
-/// Returns the processor time of this process or of the calling thread [s]. The calling thread generates the load; the
-/// rest of the process is the server.
+/// Returns the processor time of this process or of the calling thread [s]. The calling thread generates the load.
+/// Therefore the difference of both times is the processor time of the server.
 double cpu_seconds(int who) {
   rusage usage{};
   getrusage(who, &usage);
@@ -215,8 +216,8 @@ ServerBenchResult measure_server_bench(const ServerBenchOptions& options) {
     const LocalTime begin = SteadyClock().now();
     const double cpu_before_s = server_cpu_seconds();
     const Duration duration = from_seconds(options.seconds / kTurns);
-    // Echoes datagrams of the size of a user's input, at the priority of the server's io thread. The echo measures the
-    // latency of the machine under the same load.
+    // Measures the latency of an echo server during the load. It has the priority of the server's io thread, and its
+    // datagrams have the size of a user's input. The result is the latency of the machine itself under this load.
     auto echo =
         std::async(std::launch::async, udp_echo_latency, kEchoUsers, options.rate_hz, duration, kRoomPriority + 1);
     turn = load.run(duration, options.rate_hz);

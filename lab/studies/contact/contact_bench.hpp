@@ -22,12 +22,12 @@ struct ContactBench {
   std::size_t memory_bytes = 0;
   TouchFigures ours;
   std::optional<TouchFigures> gimpact;
-  double field_sample_ns = 0;    ///< time of one field sample: a lower bound for every contact method
+  double field_sample_ns = 0;    ///< time of one query of the distance field: a lower bound for every contact method
   TimeQuantiles memory_copy_us;  ///< time to copy 256 KiB; its spread is the timing jitter of the machine
 };
 
-/// Returns the properties of two objects that need no simulation, such as size and build time. The build time of an
-/// object that is used twice counts once.
+/// Returns the results that can be determined without a simulation, such as number of triangles and build time. If both
+/// objects are the same, the build time counts once.
 ContactBench describe(const TouchObject& a, const TouchObject& b);
 
 boost::json::object to_json(const TouchFigures& figures);

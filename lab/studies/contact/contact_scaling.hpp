@@ -21,8 +21,8 @@ struct ScalingRow {
   TouchFigures figures;
 };
 
-/// Returns the check of the 99th percentile of the step time. That of the finest mesh must be similar to that of the
-/// mesh number `reference`, whose resolution is unchanged.
+/// Returns the check that the step time does not grow with the resolution: the 99th percentile for the finest mesh must
+/// be similar to the one for `rows[reference]`, the mesh with its original resolution.
 std::vector<Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference);
 HtmlReport scaling_report(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference);
 

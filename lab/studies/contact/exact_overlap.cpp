@@ -22,7 +22,7 @@ std::vector<std::pair<int, int>> unique_edges(const geometry::TriangleMesh& mesh
 }
 
 /// Collects the vertices and edge samples of one mesh that lie inside the other mesh. Points with a depth below
-/// `shallowest_m` are omitted; this limit may be raised during the collection.
+/// `shallowest_m` are omitted. A search for only the deepest point raises this limit while it runs.
 class Collector {
  public:
   Collector(const ExactSurface& other, double shallowest_m, double deepest_m)
@@ -43,8 +43,8 @@ class Collector {
   void raise_shallowest(double depth_m) { shallowest_m_ = std::max(shallowest_m_, depth_m); }
 
  private:
-  /// Returns the signed distance to the other mesh. It is infinite for points that are more than `near_m` outside or
-  /// deeper inside than the search depth.
+  /// Returns the signed distance of `p_O` to the other body. It is infinite if the point is more than `near_m` outside
+  /// the body, or inside it at more than the search depth.
   double distance_m(const Vec3& p_O, double near_m) const {
     if (!other_.may_touch(p_O, near_m + from_half_m_)) return std::numeric_limits<double>::infinity();
     return other_.distance_m(p_O, near_m + from_half_m_ + deepest_m_) - from_half_m_;

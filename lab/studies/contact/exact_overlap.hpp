@@ -19,10 +19,10 @@ namespace tandem::lab {
 class ExactSurface {
  public:
   /// Prepares the surface of a body.
-  /// In      half_thickness_m  for a plate: half its thickness; the body consists of all points within this distance of
-  ///         the mesh. 0: a solid
-  ///         beside            rest of the body: the open parts of a solid; may be null
-  ///         inner             inner surfaces of a solid; see geometry::ContactMesh
+  /// In      half_thickness_m  half the thickness of a plate, which consists of all points within this distance of the
+  ///         mesh; 0: the body is a solid
+  ///         beside            surface of the body's open parts (sheets), which belongs to the same body; may be null
+  ///         inner surfaces inside a solid; see geometry::ContactMesh
   explicit ExactSurface(const geometry::TriangleMesh& mesh, double half_thickness_m = 0,
                         std::shared_ptr<const ExactSurface> beside = nullptr, const geometry::TriangleMesh& inner = {});
 
@@ -31,8 +31,9 @@ class ExactSurface {
 
   const geometry::TriangleTree& tree() const { return tree_; }
   double half_thickness_m() const { return half_thickness_m_; }
-  /// Returns the nearest point of the mesh, with the outward direction there. Triangle −1 means that no point lies
-  /// within `limit_m`. The distance is negative inside a solid. For a plate it is the distance to the mid-surface.
+  /// Returns the point of the mesh nearest to `p_S`, with its triangle, normal and distance. Triangle −1 means that no
+  /// point of the mesh lies within `limit_m`. The distance is negative inside a solid. For a plate it is the distance
+  /// to the mid-surface.
   geometry::TriangleTree::Closest closest(const Vec3& p_S, double limit_m) const;
   std::span<const Vec3> corners() const { return corners_; }  ///< vertices that belong to a triangle
   std::span<const std::array<Vec3, 2>> edges() const { return edges_; }
@@ -72,8 +73,8 @@ inline constexpr double kDeepestOverlap_m = 3e-3;
 std::vector<OverlapPoint> overlap_points(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b,
                                          const Pose& X_WB, double shallowest_m = 0,
                                          double deepest_m = kDeepestOverlap_m);
-/// Returns the depth of the deepest point of overlap_points(), or 0 if there is none. It is much faster than that
-/// function.
+/// Returns the depth of the deepest point of overlap_points(), or 0 if there is none. This function is much faster than
+/// overlap_points().
 double deepest_overlap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB,
                          double shallowest_m = 0, double deepest_m = kDeepestOverlap_m);
 

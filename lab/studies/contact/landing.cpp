@@ -101,8 +101,8 @@ bool is_face(const ExactSurface& tool, int axis, double sign) {
       if (reach_of(*part, corner) >= reach_m - kFlat_m) base.push_back(corner);
     }
   }
-  // The tool stands stably if, for every horizontal direction, a supporting vertex is far enough from the centre in
-  // that direction.
+  // The tool stands stably if every horizontal direction has a supporting vertex far enough from the centre. "Far
+  // enough" is kStandingTilt times the height of the centre above the side.
   for (int i = 0; i < kWays; ++i) {
     const double angle = 2 * std::numbers::pi * i / kWays;
     Vec3 way = Vec3::Zero();

@@ -29,37 +29,43 @@ inline constexpr double kDrop_s = 3;
 
 /// Runs six landings: at 22, 60 and 300 mm/s, each with a coupling of 300 and of 2000 N/m. The coupling has no force
 /// limits and the damping of damped_for(). The hand moves straight along `direction_W`, beginning 5 mm before the first
-/// contact. Its speed is constant until a spring of the coupling's stiffness would press with 3 N. It then stops within
-/// 10 ms and rests for 0.3 s.
+/// contact. The speed of the hand is constant until the coupling's spring would press with 3 N against a rigid object.
+/// The hand then stops within 10 ms and rests for 0.3 s.
 ///
-/// Model   A rigid inelastic stop changes the tool's velocities from (v, 0) to the nearest ones that the contacts
-///         permit. "Nearest" refers to the metric of kinetic energy, and the change is an orthogonal projection.
+/// Model   Bounds of the steps of force and torque at a rigid inelastic stop. Symbols:
 ///         * v: speed of the hand [m/s]
 ///         * v', ω: velocity and angular velocity of the tool after the stop
-///         * m, I: mass of the tool, and its smallest moment of inertia; r = √(I/m)
+///         * m, I: mass of the tool, and its smallest moment of inertia
+///         * r = √(I/m): smallest radius of gyration of the tool
 ///         * b, k: damping and stiffness of the coupling; b_r, k_r: those of its rotation
 ///         * T: duration of one step
 ///
-///         Force: the velocity changes by at most v, and the coupling is stretched for one step. Therefore the force on
-///         the hand changes by at most v·(b + k·T).
-///
-///         Torque: the projection gives |ω|² I + m|v'|² + |ω|² I + m|v − v'|² = m v². The terms with v' are together at
-///         least m v² / 2. Therefore |ω| ≤ v / (2 r), and the torque on the hand changes by at most (b_r + k_r·T)·v /
-///         (2 r). The change is smaller if the line of contact passes through the centre of mass.
-/// Source  our derivation; a frictionless contact at distance r from the centre attains the bound of ω
+///         1. Stop: before the stop, the tool moves at v without rotation. The contacts permit only some velocities.
+///            The stop projects the velocity onto them orthogonally, with the kinetic energy as the metric.
+///         2. Force: the projection changes v by at most v, and the coupling is stretched for one step. Therefore the
+///            force on the hand changes by at most v·(b + k·T).
+///         3. Torque: kinetic energy after the stop plus energy of the change equals the energy before the stop. Thus
+///            |ω|² I + m|v'|² + |ω|² I + m|v − v'|² = m v². The two terms with v' are together at least m v² / 2.
+///            Therefore |ω| ≤ v / (2 r), and the torque on the hand changes by at most (b_r + k_r·T)·v / (2 r).
+/// Source  our derivation. The bound of ω is attained by a frictionless contact whose normal passes the centre of mass
+///         at the distance r
 std::vector<Landing> landings(const TouchObject& tool, const TouchObject& fixed, const Vec3& direction_W,
                               double mass_kg, const Clock& clock);
 
-/// Runs six drops without a hand. The tool falls 5 mm onto level ground that is 40 times as wide as its radius, once
-/// for each side of its bounding box facing down. Centre of mass and moments of inertia are those of a solid box.
+/// Runs six drops without a hand: one for each side of the tool's bounding box, with that side facing down. The tool
+/// falls 5 mm onto level ground. The ground is 40 times as wide as the tool's radius. The tool has the centre of mass
+/// and the moments of inertia of a solid box.
 ///
-/// A drop is "on a face" if mesh vertices within 10 µm of the lower side support the tool stably up to a tilt of 1 in
-/// 10. In other drops the tool may continue to roll and rock, because rolling on rigid ground dissipates no energy.
+/// A drop is "on a face" if the tool stands stably on its lower side up to a tilt of 1 in 10. Mesh vertices within 10
+/// µm of the lowest one count as support. In other drops the tool may roll and rock until the end, because rolling on
+/// rigid ground dissipates no energy.
 std::vector<Landing> drops(const TouchObject& tool, double mass_kg, const Clock& clock);
 
-/// Returns the checks. For all runs: contact occurs and creates at most 1 mJ. For landings: the steps of the hand's
-/// force and torque are at most 1.1 times those of a rigid stop, and contact is lost at most once. For drops on a face:
-/// the tool comes to rest.
+/// Returns the checks of all runs:
+/// * every run: contact occurs and generates at most 1 mJ;
+/// * landings: the steps of the hand's force and torque are at most 1.1 times those of a rigid stop, and contact is
+///   lost at most once;
+/// * drops on a face: the tool comes to rest.
 std::vector<Check> landing_checks(const std::vector<Landing>& all);
 
 boost::json::object to_json(const std::vector<Landing>& all);

@@ -14,7 +14,8 @@
 namespace tandem::lab {
 namespace {
 
-/// Size above which a mesh gets wider cells, in proportion to its size (server/assets/scene_assets.cpp).
+/// Size of a mesh up to which the contact grid has its finest cells. Above it the cells become wider in proportion to
+/// the size (server/assets/scene_assets.cpp).
 constexpr double kFullResolutionSize_m = 0.2;
 
 /// Scales and rotates the mesh, moves its centre to the origin, and records size and scale in `facts`. Fails:

@@ -14,10 +14,11 @@ namespace tandem::lab {
 struct MeshFacts {
   geometry::ContactMesh mesh;
   Vec3 size_units = Vec3::Zero();  ///< size in units of the file
-  /// metres per unit of the file; if the file states its unit, the remaining factor after conversion to metres
+  /// metres per unit of the file. If the file states its unit, its coordinates are converted to metres before, and this
+  /// is an additional factor
   double scale_m = 1;
   Vec3 size_m = Vec3::Zero();
-  double volume_m3 = 0;        ///< sum over the solids; volume in which solids overlap counts twice
+  double volume_m3 = 0;        ///< sum of the volumes of all solids; a region in which two solids overlap counts twice
   double overlap_share = 0;    ///< fraction of the solids' surface that overlaps (wall_thickness.hpp)
   bool is_watertight = false;  ///< whether there is no sheet and no hole had to be closed
   /// thinnest wall of the solids (wall_thickness.hpp); 0: there is no solid, or no faces lie opposite each other
@@ -35,7 +36,8 @@ struct MeshScale {
 };
 
 /// Returns the properties of a mesh file.
-/// In      warn  called before anything is built if the size is implausible, with the reason and the remedy
+/// In      warn  function that is called with the reason and the remedy if the size is implausible, before the contact
+///         shape is built
 /// Fails   std::runtime_error that names the file and the reason why it cannot be used
 MeshFacts mesh_facts(const std::filesystem::path& file, const MeshScale& scale,
                      const std::function<void(const std::string& warning)>& warn);

@@ -105,7 +105,8 @@ geometry::TriangleMesh make_box_with_hole(double clearance_m) {
   const int low_square = add_square(-half.z());
   const int high_square = add_square(half.z());
   join_rings(mesh, low_square, high_square, 4);
-  // Passing the upper ring as the lower one reverses the orientation: the wall of the hole faces the axis.
+  // The rings are passed in reverse order (upper ring first). This reverses the orientation of the wall, so that the
+  // hole's wall faces the axis.
   join_rings(mesh, high_ring, low_ring, kHoleSides);
   add_annulus(mesh, high_ring, high_square, true);
   add_annulus(mesh, low_ring, low_square, false);
@@ -156,8 +157,8 @@ class Subdivision {
   }
 
  private:
-  /// Divides one triangle. Creates its points, numbered by steps towards the corners b and c, and the triangles between
-  /// the points.
+  /// Divides one triangle with the corners a, b and c. A new point is identified by two numbers: its steps from a
+  /// towards b, and its steps from a towards c. Creates these points and the triangles between them.
   void cut(const std::array<int, 3>& triangle) {
     std::map<std::pair<int, int>, int> at;
     for (int to_b = 0; to_b <= pieces_; ++to_b) {
@@ -194,7 +195,8 @@ class Subdivision {
   int pieces_;
   double height_m_;
   std::vector<Vec3> normals_;
-  std::map<std::vector<int>, int> points_;  ///< points of the result, by the triangle's corners and their weights
+  /// indices of the new points; the key contains the corners of the original triangle and their weights in the point
+  std::map<std::vector<int>, int> points_;
   geometry::TriangleMesh result_;
 };
 

@@ -27,9 +27,9 @@ geometry::TriangleMesh make_sphere(double radius_m, int levels);
 /// Returns a centred cube of 12 triangles.
 geometry::TriangleMesh make_cube(double edge_m);
 
-/// Divides each edge into `pieces` parts and each triangle into pieces² triangles. New vertices are displaced along the
-/// normal of the original surface by up to `height_m`. The displacement is a smooth function of position, so that the
-/// finer mesh has no flat patches.
+/// Returns a finer mesh: each edge is divided into `pieces` parts, and each triangle into pieces² triangles. New
+/// vertices are displaced along the normal of the original surface by up to `height_m`. Without the displacement, the
+/// finer mesh would have flat patches. The displacement is a smooth function of position.
 geometry::TriangleMesh subdivided(const geometry::TriangleMesh& mesh, int pieces, double height_m);
 
 /// Returns the bounding box of the vertices that belong to triangles; unused vertices are ignored.

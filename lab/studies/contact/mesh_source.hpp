@@ -12,7 +12,7 @@ namespace tandem::lab {
 ///
 /// In      name    "peg", "box_with_hole", "sphere", "cube", or the path of a file
 ///         option  command-line option for error messages, e.g. "--a"
-///         largest_size_m  longest edge of the bounding box, for files without `factor`
+///         largest_size_m  desired longest edge of the bounding box; used for files if `factor` is not given
 ///         factor  metres per unit of the file; generated meshes are already in metres
 /// Fails   std::invalid_argument: "--a is /x/y.obj, which does not exist; …"
 geometry::TriangleMesh mesh_from(const std::string& name, const std::string& option, double largest_size_m = 0.1,

@@ -39,8 +39,8 @@ bool is_deeper(const TouchObject& from, const Pose& X_TF, const TouchObject& to,
     const Vec3 p_T = X_TF * points[i].p_S.cast<double>();
     const double rough = -to.shape->field->distance_m(p_T);
     if (rough > depth_m) return true;
-    // Outside its band of exact samples the grid gives only the sign of the distance, so the exact distance is
-    // computed.
+    // Near the surface the distance grid stores the exact distance. Farther away it gives only the sign, so the
+    // distance is computed from the mesh.
     if (rough > 0.5 * to.shape->field->band_m() &&
         -to.exact->distance_m(p_T, std::numeric_limits<double>::infinity()) > depth_m)
       return true;
@@ -64,8 +64,9 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
     const bool is_deep = is_deeper(a, X_WA, b, wanted) || is_deeper(b, X_WA.inverse(), a, wanted);
     (is_deep ? inside : outside) = middle;
   }
-  // The bisection tests only a sample of the points. It misses a thin wall that has passed through another wall,
-  // because no sampled point is deep in that case. Therefore the pose is moved back by the excess of the exact depth.
+  // The bisection tests only a sample of the points. If a thin wall has passed through another wall, no sampled point
+  // may be deep, and the bisection accepts a pose that is too deep. Therefore A is moved back by the excess of the
+  // exact depth.
   for (int i = 0; i < kStepsBack; ++i) {
     const double deepest = deepest_overlap_m(*a.exact, X_WA, *b.exact, Pose{}, 0, 2 * kDeepestPose_m);
     if (deepest <= limit_m) break;
@@ -106,7 +107,8 @@ class NearContacts {
     return false;
   }
 
-  /// Returns whether a contact explains this point: the plane of the contact has the point's depth at its position.
+  /// Returns whether some contact represents this point: at the position of the point, the depth below the plane of the
+  /// contact equals the depth of the point, within kSamePlane_m.
   bool has_face_over(const OverlapPoint& point) const {
     return std::ranges::any_of(faces_, [&point](const contact::ContactPoint& face) {
       // A motion along the normal moves points of A out of B, and points of B into A. Therefore both signs are tried.
@@ -121,9 +123,9 @@ class NearContacts {
   std::vector<contact::ContactPoint> faces_;
 };
 
-/// Returns the depth of a contact according to the exact surfaces, or 0 if none of its points lies on its own surface.
-/// The exact surfaces also give the depth of a vertex of the other body that pierces a face, although no vertex of the
-/// face is deep in that case.
+/// Returns the depth of a contact according to the exact surfaces. It is 0 if none of the contact's points lies on the
+/// surface of its own body. The function is needed for a vertex of the other body that pierces a face: the contact is
+/// deep, although no vertex of the face is.
 double exact_depth_m(const contact::ContactPair& pair, const contact::ContactPoint& contact, const TouchObject& a,
                      const Pose& X_WA, const TouchObject& b, double deepest_m) {
   const bool is_of_a = pair.is_of_a(contact);

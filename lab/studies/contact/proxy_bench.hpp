@@ -16,8 +16,8 @@ namespace tandem::lab {
 /// Returns positions of the hand, one for each tick.
 ///
 /// Model   A point y moves on an ellipsoid around the bounding box. Let x be the point of the mesh closest to y. The
-///         hand begins at y. It moves towards the point 5 mm behind x at up to 0.2 m/s, and may pass through the
-///         inside.
+///         target of the hand lies on the line from y through x, 5 mm beyond x. The hand begins at y and moves towards
+///         the target at up to 0.2 m/s. It may pass through the inside of the mesh.
 std::vector<Vec3> wandering_hand(const geometry::TriangleMesh& mesh, std::size_t steps);
 
 /// Results of one loop along a path.
@@ -35,8 +35,8 @@ ProxyRun run_god_object(const std::shared_ptr<const haptics::ProxyMesh>& mesh,
 ProxyRun run_closest_point(const geometry::TriangleTree& tree, double radius_m, const std::vector<Vec3>& hand,
                            const Clock& clock);
 
-/// Figures of merit, computed from positions and triangles alone. Only the exact distance to a mesh is shared with the
-/// loops under test.
+/// Figures of merit of a loop. They are computed from positions and triangles alone. The only code shared with the
+/// loops under test is the exact distance to a mesh.
 struct ProxyFigures {
   TimeQuantiles loop_us;  ///< duration of a tick, over all ticks of all runs
   /// Largest penetration over the ticks: radius of the ball minus the signed distance of its centre.
@@ -48,12 +48,13 @@ struct ProxyFigures {
 /// unlimited.
 struct ProxyLag {
   double held_back_share = 0;  ///< fraction of the ticks that end with kProxyHeldBack
-  double p50_m = 0;            ///< median distance from the rest position for a resting hand
+  double p50_m = 0;            ///< median distance from the position at which the proxy would rest if the hand stopped
   double p99_m = 0;
   double max_m = 0;
 };
-/// Measures the lag of the god-object. After every kLagStride-th tick, a copy of it is updated at most kMaxSettling
-/// times with a hand that does not move, until the proxy is at rest. The result does not depend on a clock.
+/// Measures the lag of the god-object. After every kLagStride-th tick, the god-object is copied. The copy is updated
+/// with a hand that does not move until its proxy is at rest, at most kMaxSettling times. The lag is the distance that
+/// the proxy of the copy moves. The result does not depend on a clock.
 ProxyLag lag_of(const std::shared_ptr<const haptics::ProxyMesh>& mesh, const haptics::GodObjectSettings& settings,
                 const std::vector<Vec3>& hand);
 /// Returns the largest depth of the hand below the surface.

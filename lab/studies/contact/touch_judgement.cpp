@@ -25,7 +25,7 @@ double deepest_exact_m(const TouchTrace& trace, const ExactSurface& tool, const 
   double deepest_m = 0;
   for (std::size_t i = 0; i < trace.size(); i += kExactEvery) {
     const Pose& X_WT = trace[i].X_WT;
-    // Only overlaps deeper than the deepest one so far are searched, to save time.
+    // To save time, the search ignores overlaps that are not deeper than the deepest one of the earlier steps.
     deepest_m = std::max(deepest_m, deepest_overlap_m(tool, X_WT, fixed, Pose{}, deepest_m));
   }
   return deepest_m;
@@ -42,8 +42,8 @@ class PointsThrough {
     for (const Vec3& p_M : points_M) followers_.push_back({.p_M = p_M});
   }
 
-  /// Moves the points to a new relative pose. Returns the number of points that have popped through the other body, now
-  /// or at any time since the previous step.
+  /// Moves the points to a new relative pose. Returns the number of points that were popped through the other body at
+  /// any time in this step. A point that left the other body within the step also counts.
   std::size_t step(const Pose& X_OM);
   double deepest_m() const { return deepest_m_; }
 
@@ -54,7 +54,7 @@ class PointsThrough {
     Vec3 entry_O = Vec3::Zero();  ///< normal of the nearest surface when the point was last outside
     bool is_inside = false;
     bool is_through = false;
-    bool was_through = false;  ///< whether the point had popped through at any time in this step
+    bool was_through = false;  ///< whether the point was popped through at any time in this step
   };
   void move(Follower& follower, const Vec3& p_O);
 
@@ -74,8 +74,8 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
     const Vec3 from_O = follower.last_O;
     const double length = (p_O - from_O).norm();
     const int pieces = std::clamp(static_cast<int>(std::ceil(length / kPiece_m)), 1, kMaxPieces);
-    // A ball encloses this piece of the path. If the ball does not reach the bounding box, contact is impossible and
-    // the piece is skipped.
+    // A ball encloses the point's straight path in this step. If the ball does not reach the bounding box of the other
+    // body, contact is impossible and the path need not be tested.
     if (follower.is_inside || other_.may_touch((from_O + p_O) / 2, length / 2 + kTooDeep_m + reach_m_)) {
       for (int i = 1; i <= pieces; ++i) move(follower, from_O + (p_O - from_O) * i / pieces);
     }
@@ -89,8 +89,8 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
 void PointsThrough::move(Follower& follower, const Vec3& p_O) {
   const geometry::TriangleTree::Closest closest = other_.closest(p_O, kTooDeep_m + reach_m_);
   if (closest.triangle < 0) {
-    // No surface is within the depth limit. In this case, a point inside a solid is deeper than the limit, and a point
-    // inside a plate has left the plate.
+    // No surface is within the search distance. A point that was inside a solid is now deeper than this distance. A
+    // point that was inside a plate has left the plate.
     const bool is_solid = other_.half_thickness_m() <= 0;
     if (follower.is_inside && is_solid) {
       follower.is_through = true;
@@ -113,13 +113,16 @@ void PointsThrough::move(Follower& follower, const Vec3& p_O) {
   }
 }
 
-/// Counts pop-throughs of two bodies by surface points that are tracked on each body. It counts the changes from "no
-/// point has popped through" to "at least one point has". The result depends only on the motion and on the exact
-/// meshes.
+/// Counts pop-throughs: events in which one body passes through the surface of the other. Points on the surface of each
+/// body are tracked. An event begins when the number of points that have popped through becomes positive. The count
+/// depends only on the motion and on the exact meshes.
 ///
-/// Model   A point has popped through if it is more than kTooDeep_m inside. It also counts if it is more than
-///         kShallow_m inside and the nearest surface faces away from the side of entry; this detects thin walls.
-///         Between two steps the points move along straight lines, in pieces of at most kPiece_m.
+/// Model   A point has popped through in two cases:
+///         * It is more than kTooDeep_m inside a solid.
+///         * It is more than kShallow_m inside, and the nearest surface is the opposite one of a thin wall: its normal
+///           points away from the surface through which the point entered.
+///
+///         Between two steps the points move along straight lines, which are tested in pieces of at most kPiece_m.
 class PopThroughWatch {
  public:
   /// Samples the points of both bodies.
@@ -165,7 +168,8 @@ std::size_t separations_of(const TouchTrace& trace) {
 
 void judge_energy(const TouchTrace& trace, TouchFigures& figures) {
   double work_j = 0, least_work_j = 0;
-  double least_j = std::numeric_limits<double>::infinity();  // minimum so far: work before a step + energy stored then
+  // smallest sum so far of the work before a step and the energy stored at its start
+  double least_j = std::numeric_limits<double>::infinity();
   for (const TouchStep& step : trace) {
     least_j = std::min(least_j, work_j + step.contact_stored_j);
     work_j += step.contact_work_j;

@@ -16,10 +16,12 @@ struct TouchFigures {
   /// Number of distance queries to a grid in a step: median and 99th percentile. They do not depend on the machine.
   std::uint32_t queries_p50 = 0, queries_p99 = 0;
   TimeQuantiles query_us;
-  TimeQuantiles step_us;       ///< duration of each step: the shortest of kRounds equal runs
-  TimeQuantiles step_once_us;  ///< duration of each step in the first run alone, including interruptions
-  /// Overlap according to the exact meshes: the maximum over all vertices and edges every 50 steps, up to a depth of 3
-  /// mm, and over 200 points of each body in every step.
+  /// quantiles of the step's duration; for each step, the shortest duration of kRounds equal runs is used
+  TimeQuantiles step_us;
+  /// quantiles of the step's duration in the first run, which includes interruptions by other processes
+  TimeQuantiles step_once_us;
+  /// Largest overlap according to the exact meshes. It is the maximum of two measurements: all vertices and edges in
+  /// every 50th step, up to a depth of 3 mm, and 200 surface points of each body in every step.
   double max_penetration_m = 0;
   std::uint64_t pop_throughs = 0;
   double force_jump_max_n = 0;  ///< force jump for the reduced contacts; see run_touch()
@@ -27,11 +29,12 @@ struct TouchFigures {
   double hand_force_step_max_n = 0, hand_torque_step_max_n_m = 0;
   std::size_t not_converged = 0;
   std::size_t separations = 0;  ///< number of times that contact was lost
-  /// Largest net work of the contact on the tool over any interval. Springs return the energy that they stored.
+  /// Largest net work of the contact on the tool over any interval. A positive value does not violate passivity,
+  /// because springs return energy that they stored before the interval.
   double contact_returned_j = 0;
   /// Same as contact_returned_j, minus the energy that contact layers and friction stored at the start of the interval.
-  /// A positive value violates passivity. The value is an upper bound, because it includes energy stored in the rigid
-  /// floor.
+  /// A positive value violates passivity, unless it is energy from a depth at which contact is rigid. Energy stored
+  /// there is not subtracted, so the value is an upper bound.
   double contact_created_j = 0;
 };
 TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface& tool, const ExactSurface& fixed);

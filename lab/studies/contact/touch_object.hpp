@@ -17,7 +17,8 @@ struct TouchObject {
   std::shared_ptr<const contact::ContactShape> shape;  ///< contact shape, as read back from the cache file
   std::shared_ptr<const ExactSurface> exact;
   double build_s = 0;  ///< build time including mesh repair [s]; 0: the object was loaded from the cache
-  /// time to load the asset from its file [s]; directly after a build, the file is in the kernel's page cache
+  /// time to load the contact asset from its file [s]; after a build it includes no disk access, because the file is
+  /// still in the kernel's page cache
   double cache_load_s = 0;
 
   double cell_m() const;     ///< largest cell of the distance grid near the surface

@@ -55,8 +55,8 @@ Vec3 first_contact(const ExactSurface& a, const ExactSurface& b, const TouchPlan
     X_WA.p += direction * gap;
     if (X_WA.p.dot(direction) > 0) break;  // the meshes passed each other without contact
   }
-  // Where edges cross edges, vertices alone detect the contact too late. Therefore the pose is moved back by the
-  // remaining exact overlap.
+  // The distances of vertices detect a contact of two edges too late, so the meshes may overlap now. Therefore A is
+  // moved back by the exact overlap until none remains.
   for (int i = 0; i < kApproachSteps; ++i) {
     const double depth = deepest_overlap_m(a, X_WA, b, Pose{});
     if (depth <= 0) break;

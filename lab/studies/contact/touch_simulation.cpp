@@ -25,9 +25,8 @@ constexpr double kMinSpread_m = 1e-3;
 /// Tracks the difference between the wrench of the reduced contacts and the wrench of all contacts.
 class ReductionError {
  public:
-  /// Returns the force step that a receiver of the reduced contacts perceives when they are updated: the change of the
-  /// error since the previous call. The previous error is first extrapolated to this pose by the derivative of the
-  /// wrench.
+  /// Returns the force jump of a step; see run_touch(). It is the change of the reduction error since the previous
+  /// call. Before the comparison, the previous error is extrapolated to this pose by the derivative of the wrench.
   double change_n(std::span<const contact::ContactPoint> contacts, double stiffness_n_per_m3, const Pose& X_WT) {
     const std::size_t count = contact::reduce_contacts(contacts, stiffness_n_per_m3, reduced_);
     const contact::ContactWrench all = contact::contact_wrench(contacts, stiffness_n_per_m3, X_WT.p);
@@ -123,8 +122,8 @@ class TouchSimulation {
     const Vec3 f = tool_wrench_W_.f + settings_.mass_kg * settings_.gravity_m_per_s2;
     return 0.5 * settings_.step_s * (f.dot(V_before_WT.v + V_WT_.v) + tool_wrench_W_.t.dot(V_before_WT.w + V_WT_.w));
   }
-  /// Returns the energy stored in contact layer and friction, by the model of ContactRows. Beyond the rigid depth, the
-  /// force of the layer is constant.
+  /// Returns the energy stored in the contact layers and in friction, by the model of the class ContactRows. A layer is
+  /// elastic up to the rigid depth. Beyond this depth, its force is constant.
   double stored_j() const {
     double sum = 0;
     for (const contact::ContactPoint& contact : pair_.contacts()) {
@@ -203,8 +202,8 @@ Vec3 box_inertia_kg_m2(const Vec3& size_m, double mass_kg) {
 haptics::CouplingParameters damped_for(haptics::CouplingParameters coupling, double mass_kg,
                                        const Vec3& inertia_kg_m2) {
   coupling.damping_n_s_per_m = 2 * kDampingRatio * std::sqrt(coupling.stiffness_n_per_m * mass_kg);
-  // The damping suits the axis with the smallest inertia; the other axes are damped less. With a larger damping,
-  // GImpact would be unstable, because its coupling is explicit.
+  // The damping is chosen for the axis with the smallest inertia. Rotation about the other axes has a smaller damping
+  // ratio. A larger damping would make GImpact unstable, because its coupling is integrated explicitly.
   coupling.damping_n_m_s_per_rad =
       2 * kDampingRatio * std::sqrt(coupling.stiffness_n_m_per_rad * inertia_kg_m2.minCoeff());
   return coupling;

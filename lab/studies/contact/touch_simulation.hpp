@@ -37,7 +37,8 @@ struct TouchStep {
   double reported_depth_m = 0;  ///< depth of the deepest contact as reported by the method
   double force_jump_n = 0;      ///< force jump at this step; see run_touch()
   double kinetic_j = 0;         ///< kinetic energy of the tool after the step
-  /// Work of the contact on the tool in this step: the gain of kinetic energy minus the work of coupling and weight.
+  /// Work of the contact on the tool in this step. It is computed as the gain of kinetic energy minus the work of
+  /// coupling and weight.
   double contact_work_j = 0;
   /// Energy stored before the step in the contact layers (½ stiffness · area · depth² for each contact) and in the
   /// friction bristles.
@@ -61,12 +62,14 @@ inline constexpr std::size_t kWholePath = std::numeric_limits<std::size_t>::max(
 /// Simulates a tool along the path. The tool has the mass and inertia of a solid box around `tool`; `fixed` is at the
 /// origin of W.
 ///
-/// The force jump of a step is the force error that a receiver of the 16 reduced contacts perceives at an update:
-/// 1. The wrench of the previous reduced contacts is extrapolated to the new pose by their own stiffness.
+/// A network client receives only 16 reduced contacts and extrapolates their wrench between updates. The force jump of
+/// a step is the error of the force step that it displays at an update:
+/// 1. The wrench of the previous reduced contacts is extrapolated to the new pose by the stiffness of these contacts.
 /// 2. It is subtracted from the wrench of the new reduced contacts.
 /// 3. The same difference, computed for all contacts, is subtracted from the result of step 2.
 ///
-/// Torque is converted to force by the spread of the contacts, which is the lever arm.
+/// A torque error is divided by a lever arm, the largest distance of a contact from the tool's origin. The larger of
+/// both errors counts.
 /// In      clock  clock for the durations in TouchStep
 TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
                      const devices::HandPath& path, const TouchSettings& settings, const Clock& clock,

@@ -19,7 +19,8 @@ constexpr double kOppositeCosine = 1 / std::numbers::sqrt2;
 constexpr double kCoincident = 1e-9;
 /// Maximum number of surfaces that a measured line may cross; lines with more are skipped.
 constexpr std::size_t kMaxCrossings = 4096;
-/// Steps of a low-discrepancy sequence in the unit square: inverse powers of the plastic number.
+/// Steps of a low-discrepancy sequence in the unit square (R2 sequence). They are 1/ρ and 1/ρ², where ρ = 1.3247… is
+/// the plastic number.
 constexpr double kStepU = 0.7548776662466927, kStepV = 0.5698402909980532;
 
 /// A point on the surface behind which the wall thickness is measured.
@@ -42,8 +43,8 @@ std::vector<Place> places_on(const geometry::TriangleMesh& mesh) {
     const auto t = static_cast<std::size_t>(found - area_up_to.begin());
     const auto corner = [&](std::size_t k) { return mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][k])]; };
     double whole = 0;
-    // The steps are irrational. Therefore no line through a point meets an edge of another triangle, even in a regular
-    // mesh.
+    // The steps are irrational. Therefore the points lie at no regular position, and the measured line practically
+    // never hits an edge of another triangle, even in a regular mesh.
     double u = std::modf(static_cast<double>(i + 1) * kStepU, &whole);
     double v = std::modf(static_cast<double>(i + 1) * kStepV, &whole);
     if (u + v > 1) u = 1 - u, v = 1 - v;
@@ -73,8 +74,9 @@ class Walls {
   /// Returns the wall thickness behind a surface point, or nullopt if the point lies inside the solid.
   std::optional<double> behind(const Place& place) {
     cross(place);
-    // A solid may consist of several closed parts. `outside` counts the parts that contain a point just outside the
-    // surface. `here` counts the further parts that contain a point just inside; it starts with the measured part.
+    // A solid may consist of several closed parts. `outside` is the number of parts that contain the points just
+    // outside the surface. `here` is the number of parts that the line enters at the surface itself, including the part
+    // of the measured point.
     int outside = 0, here = 1;
     for (const Crossing& crossing : crossings_) {
       if (crossing.at_m > coincident_m_) continue;
@@ -104,8 +106,8 @@ class Walls {
       const double along = normal.dot(inwards);
       crossings_.push_back({normal.dot(a - place.p) / along, along > 0, along >= kOppositeCosine * normal.norm()});
     }
-    // Where one part ends and another begins at the same point, the entry is sorted before the exit. Otherwise the line
-    // would seem to leave the solid where two parts touch.
+    // Sorts the crossings by their distance. If one part ends where another begins, the entry into the second part must
+    // be sorted before the exit. Otherwise the line would seem to leave the solid where the parts touch.
     const auto order = [this](const Crossing& crossing) {
       return crossing.is_exit ? crossing.at_m : crossing.at_m - 2 * coincident_m_;
     };

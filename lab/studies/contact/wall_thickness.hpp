@@ -15,15 +15,17 @@ inline constexpr std::size_t kWallPoints = 8000;
 /// Returns the wall thickness behind points that are distributed evenly over the surface, and the fraction of these
 /// points at which the solid overlaps itself.
 ///
-/// Model   The thickness at point p with normal n is the distance along −n to the point where the ray leaves the solid.
-///         * Opposite surface: the thickness counts only if the normal at that point is within 45° of −n. Faces that
-///           meet at an edge thus bound no wall.
-///         * Several parts: the ray leaves the solid where it has left as many surfaces as it has entered. Parts that
-///           overlap or touch thus count as one part, and surfaces inside them are ignored.
+/// Model   A ray starts at the surface point p in the direction −n, opposite to the normal. The thickness at p is the
+///         distance to the point at which the ray leaves the solid.
+///         * Opposite surface: the thickness counts only if the normal at the exit point is within 45° of −n. Two faces
+///           that meet at an edge thus form no wall.
+///         * Solids of several closed parts: the ray leaves the solid where it has left as many parts as it has
+///           entered. Parts that overlap or touch thus count as one, and surfaces inside them are ignored.
 /// Source  rays as in Shapira, Shamir & Cohen-Or, "Consistent mesh partitioning and skeletonisation using the shape
 ///         diameter function", 2008; they average over a cone, which is not exact for a plate
 /// In      solid  closed, with outward normals
-/// Out     walls in ascending order [m], infinite if no surface lies opposite; fraction, 0 … 1
+/// Out     first: wall thicknesses in ascending order [m], infinite at a point without an opposite surface. second:
+///         fraction of points with overlap, 0 … 1
 /// Cost    construction of a TriangleTree of the solid, plus about 10 µs for each point
 std::pair<std::vector<double>, double> walls_of(const geometry::TriangleMesh& solid);
 

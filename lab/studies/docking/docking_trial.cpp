@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kReceptor = 0, kLigand = 1;
 constexpr Duration kRest{from_seconds(0.3)}, kHold{from_seconds(0.5)}, kPoint{kHapticPeriod};
-/// Time in which the hand's speed rises at the start, and in which it falls at the end.
+/// Duration of each of two ramps: the hand's speed rises at the start of the path and falls at its end.
 constexpr double kRamp_s = 0.3;
 constexpr std::string_view kSettle = "settle";
 constexpr int kHalvings = 30;
@@ -90,8 +90,8 @@ Pose displaced(const Pose& X_AB, const docking::Molecule& ligand, double rmsd_an
   return moved_by(more);
 }
 
-/// Returns the number of poses that the hand has passed at `time_s` on a path of `count` poses. A position between two
-/// poses gives a fraction.
+/// Returns the hand's position on a path of `count` poses at `time_s`: the number of poses passed. A position between
+/// two poses is a fraction.
 double done(double time_s, double per_pose_s, double count) {
   const double whole_s = count * per_pose_s + kRamp_s;
   const auto ramp = [&](double t_s) { return t_s * t_s / (2 * kRamp_s * per_pose_s); };

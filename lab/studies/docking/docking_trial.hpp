@@ -17,17 +17,17 @@
 
 namespace tandem::lab {
 
-/// Returns the atoms for which `is_in_part(atom)` is true. All properties that the field uses are copied, but not the
-/// names.
+/// Returns a molecule with the atoms for which `is_in_part(atom)` is true. The properties that the molecular field uses
+/// are copied, but names of atoms and residues are not.
 docking::Molecule part_of(const docking::Molecule& molecule, const std::function<bool(std::size_t)>& is_in_part);
 
 /// Returns the pose of the ligand (body 1) in the receptor's frame (body 0) as given by the structure files. Both
 /// frames have their origin at the centre of the molecule [Å].
 Pose native_pose(const server::LoadedScene& scene);
-/// Returns the minimum that energy minimisation from the native pose reaches, and its energy [kcal/mol] in the scene's
-/// field.
-/// Cost    a few hundred evaluations of exact_field(); with a cut-off, only atoms within the cut-off plus 4 Å are
-///         evaluated
+/// Returns the minimum that is reached by minimising the energy from the native pose: its pose, and its energy in the
+/// scene's field [kcal/mol].
+/// Cost    a few hundred evaluations of exact_field(). If the field has a cut-off, they include only atoms of one
+///         molecule within the cut-off plus 4 Å of the other molecule
 std::pair<Pose, double> native_minimum(const server::LoadedScene& scene);
 /// Returns the minima that energy minimisation reaches from random poses around the native pose, with their energies
 /// [kcal/mol]. The start poses have a Lennard-Jones energy of at most 50 kcal/mol.
@@ -46,18 +46,23 @@ Pose ligand_pose(const server::LoadedScene& scene, const BodiesSample& sample);
 /// Fails   see server::load_scene_text()
 std::shared_ptr<const server::LoadedScene> scene_with_ligand_at(wire::Scene scene, const Pose& X_AB_angstrom);
 
-/// Returns `scene` with the values that were computed when `loaded` was loaded: force scale, knee (energy from which
-/// the force is limited) and zero area (energies near the minimum, without force). Later loads skip this computation.
+/// Returns `scene` with the values that were computed when `loaded` was loaded. Later loads of the result skip the
+/// computation. The values are:
+/// * force scale;
+/// * knee: energy above which the force is limited;
+/// * zero area: range of energies near the minimum in which no force is displayed.
 wire::Scene with_found_scale(wire::Scene scene, const server::LoadedScene& loaded);
 
-/// Returns the path of the ligand's hand. The hand rests for 0.3 s (phase "approach") and then moves along `poses`;
-/// each pose takes `per_pose`, and more time near both ends. It then holds for 0.5 s (phase "hold"). In the last phase
-/// ("settle") it relaxes if `relaxes`, otherwise it keeps guiding.
+/// Returns the path of the ligand's hand. It has these phases:
+/// * "approach": the hand rests for 0.3 s, then it moves along `poses`. Each pose takes `per_pose`; the hand is slower
+///   near both ends of the path.
+/// * "hold": the hand holds the last pose for 0.5 s.
+/// * "settle": the hand relaxes if `relaxes` is true; otherwise it continues to hold the last pose.
 /// In      poses  X_AB [Å], at least two; the first is the pose at which scene_with_ligand_at() placed the ligand
 devices::HandPath ligand_hand(const server::LoadedScene& scene, std::span<const Pose> poses, Duration per_pose,
                               bool relaxes);
-/// Returns the path of the receptor's hand. The hand rests, and relaxes at the same time as the ligand's hand if
-/// `relaxes`.
+/// Returns the path of the receptor's hand, which rests. If `relaxes` is true, it relaxes at the same time as the
+/// ligand's hand.
 devices::HandPath receptor_hand(const devices::HandPath& ligand, bool relaxes);
 /// Returns the time at which a hand of ligand_hand() begins the phase "settle".
 Duration settles_at(const devices::HandPath& hand);

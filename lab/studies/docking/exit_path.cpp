@@ -106,8 +106,8 @@ class Tree {
     return field_.evaluate(X_AB);
   }
 
-  /// Minimises the energy of a pose by rotation, and by translation perpendicular to the step. Therefore the path
-  /// slides along walls that would otherwise block it.
+  /// Minimises the energy of a pose by rotation, and by translation perpendicular to the step. Thus a step that would
+  /// end in a repelling wall of atoms slides along the wall.
   void relax(Node& node) {
     docking::FieldResult here = evaluate(node.X_AB);
     double way = kRelax_angstrom;

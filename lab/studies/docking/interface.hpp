@@ -10,16 +10,19 @@
 
 namespace tandem::lab {
 
-/// Returns {"interface_atoms", "pairs_within", "min_distance_angstrom"}: the number of atoms within reach of the other
-/// molecule, the number of atom pairs within reach, and the shortest distance (null if there are no pairs). All values
-/// are computed by a loop over the atom pairs.
+/// Returns a JSON object with the size of the interface:
+/// * "interface_atoms": number of atoms of both molecules within `reach_angstrom` of the other molecule;
+/// * "pairs_within": number of pairs of atoms within this reach;
+/// * "min_distance_angstrom": shortest distance of a pair; null if there is no pair within reach.
+///
 /// Cost    proportional to the number of atoms near the interface
 boost::json::object interface_facts(const docking::Molecule& a, const docking::Molecule& b, const Pose& X_AB,
                                     double reach_angstrom);
 
-/// Returns poses of B, without rotation, each with approximately the given number of interface atoms. B approaches from
-/// far away along a line through both centres until the number is reached. Of 26 such lines, the one with the least
-/// overlap at the last size is used, i.e. with the largest minimum distance of atoms.
+/// Returns one pose of B for each of `sizes`. In this pose, the interface has approximately the given number of atoms.
+/// B is not rotated: it approaches from far away along a line through both centres until the number is reached. Of 26
+/// such lines, the one with the least overlap is used: at the last size, its smallest distance of two atoms is the
+/// largest.
 ///
 /// In      sizes  numbers of interface atoms, ascending; the atoms of both molecules are counted together
 /// Fails   std::invalid_argument: no line reaches a size; the message contains this size and the largest size found

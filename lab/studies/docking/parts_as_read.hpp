@@ -11,7 +11,8 @@
 
 namespace tandem::lab {
 
-/// Distance below which two heavy atoms coincide [Å]. The shortest bond, between C and O, has 1.1 Å.
+/// Distance below which two heavy atoms count as being at the same position [Å]. It is shorter than any bond: the
+/// shortest one, between C and O, has 1.1 Å.
 inline constexpr double kOnePlace_angstrom = 0.8;
 
 /// Returns a description of an atom, e.g. "SG of CYS 7 of chain A".
@@ -31,9 +32,11 @@ std::string distance_text(const docking::Molecule& a, const docking::Molecule& b
 /// Cost    one evaluation of exact_field()
 std::string strongest_repulsion_text(const docking::Molecule& a, const docking::Molecule& b, const Pose& X_AB);
 
-/// Throws if the parts form no native complex for redocking: atoms coincide, the parts are bonded, or no residues are
-/// within 5 Å of each other. Bonds are detected by atom names and distance: two sulphur atoms within 2.5 Å (a
-/// disulphide bridge), C and N (a peptide bond) or O3' and P (a nucleic acid) within 1.7 Å.
+/// Throws if the two parts form no native complex that can be redocked. There are three cases:
+/// * Two atoms are at the same position.
+/// * No residues of the two parts are within 5 Å of each other.
+/// * The parts are bonded. Bonds are detected by atom names and distance: two sulphur atoms within 2.5 Å (a disulphide
+///   bridge), or C and N (a peptide bond) or O3' and P (a nucleic acid) within 1.7 Å.
 ///
 /// Fails   std::invalid_argument that names the atoms, their distance and the remedy
 void require_complex_as_read(const docking::Molecule& a, const docking::Molecule& b, const Pose& native_X_AB);

@@ -52,9 +52,9 @@ const docking::Molecule& molecule_of(const RedockPair& pair, std::size_t body) {
   return *pair.loaded->world.bodies[body].molecule;
 }
 
-/// Returns the deepest minimum found within kNative_angstrom of the native pose. If there is none, the minimum reached
-/// from the native pose is returned. That minimum may be only a side pocket of the native well, which a ligand that
-/// enters from outside does not reach.
+/// Returns the deepest minimum found within kNative_angstrom of the native pose; if there is none, the minimum reached
+/// from the native pose. Minimisations also start around the native pose, because the native pose alone may lead to a
+/// shallow side pocket of the native well. A ligand that enters from outside would not reach that pocket.
 std::pair<Pose, double> deepest_near_native(const server::LoadedScene& scene) {
   const docking::Molecule& ligand = *scene.world.bodies[kLigandBody].molecule;
   const auto is_near = [&](const Pose& X_AB) {
@@ -259,8 +259,8 @@ docking::Molecule without_hydrogens(const docking::Molecule& molecule) {
   return part_of(molecule, [&](std::size_t i) { return molecule.elements[i] != "H" && molecule.elements[i] != "D"; });
 }
 
-/// Returns the object "lock" of a locked pair: the end of the farthest exit path, the residues that repel most strongly
-/// there, and the distance that B reaches if only heavy atoms are used.
+/// Returns the object "lock", which explains why the ligand cannot leave: the end of the farthest path, the residues
+/// that repel each other most strongly at this end, and the distance that the ligand reaches without hydrogen atoms.
 json::object lock_of(const RedockPair& pair, const std::vector<std::vector<Pose>>& ways, std::uint64_t seed) {
   const auto& farthest = *std::ranges::max_element(
       ways, {}, [](const std::vector<Pose>& way) { return way.empty() ? 0.0 : way_out_angstrom(way); });

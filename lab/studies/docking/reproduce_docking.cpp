@@ -34,9 +34,9 @@ constexpr Duration kPerPose{from_seconds(0.0417)}, kDockingSettling{from_seconds
 constexpr double kAloneFrom_s = 3;
 constexpr double kTremor_n = 0.05;
 constexpr std::uint64_t kSeeds = 5;
-/// Factor by which the stable method must reduce the vibration of direct rendering. The smaller factor applies to the
-/// light contact without delay: there the vibration of direct rendering is small and depends on a few atoms of the
-/// helices.
+/// Factor by which the stable method must reduce the vibration of direct rendering. kTimesLessLightly applies to the
+/// light contact without delay. In this condition direct rendering vibrates little, and its vibration depends on a few
+/// atoms of the helices.
 constexpr double kTimesLess = 10, kTimesLessLightly = 5;
 /// The claims apply to the first kClaimed of the tested conditions (struct Condition).
 constexpr std::size_t kClaimed = 3;
@@ -153,10 +153,13 @@ struct HeldMolecule {
   }
 };
 
-/// Simulates direct rendering: each molecule is fixed to its hand. The hands receive the force and torque of the field
-/// at their poses, with the scale of the stable method. The wrench is held for 1 ms (zero-order hold) and delayed by
-/// the round trip. There is no simulated body, no coupling and no change of the field's force near the minimum or at
-/// high energy. The limits of the device clip the wrench.
+/// Simulates direct rendering: each molecule is fixed to its hand.
+/// * Force: the field's wrench at the poses of the hands, with the force scale of the stable method. It is not reduced
+///   near the minimum or at high energy.
+/// * Transmission: the wrench is delayed by the round trip and held for 1 ms (zero-order hold).
+/// * Device: the limits of the device clip the wrench.
+///
+/// There is no simulated body and no coupling.
 ShownDocking with_direct_rendering(const PublishedPair& pair, const Condition& condition) {
   const std::vector<Pose> approach = approach_of(*pair.loaded, condition.deeper_angstrom);
   const auto scene = scene_with_ligand_at(pair.scene, approach.front());
@@ -189,8 +192,8 @@ ShownDocking with_direct_rendering(const PublishedPair& pair, const Condition& c
   return with_figures(std::move(shown));
 }
 
-/// Returns the largest energy above the minimum, E − E_min [kT], from the time kAloneFrom_s on. Both hands relax at the
-/// minimum and have tremor.
+/// Returns how far a pair drifts from the minimum when both hands relax there and have tremor: the largest energy above
+/// the minimum, E − E_min [kT], from the time kAloneFrom_s on.
 double left_alone_kt(const PublishedPair& pair, std::uint64_t seed, Duration round_trip) {
   const auto scene = scene_with_ligand_at(pair.scene, pair.X_AB_min);
   devices::WayPoint start, settle;

@@ -1,5 +1,5 @@
-// Autoregressive (AR) models of a whole force series at the sampling rate of a stream. They give fixed coefficients and
-// the choice of an order.
+// Autoregressive (AR) models that are fitted to a whole force series at the sampling rate of a stream. They serve as
+// predictors with fixed coefficients and help to choose the order of the model.
 #pragma once
 
 #include <array>

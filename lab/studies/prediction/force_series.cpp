@@ -67,7 +67,8 @@ const std::vector<SceneHands>& shipped_hands() {
 /// Simulates the scene and returns the force on the first hand.
 ForceSeries scene_series(const SceneHands& hands) {
   const auto scene = server::load_scene(server::find_scene(hands.scene, server::scene_folders()));
-  // Passivity control is off: the hands follow prescribed paths independent of the force.
+  // Passivity control is off. It would limit a tool to the energy that its hand supplies, and the simulated users
+  // report no supplied energy.
   const auto room = std::make_unique<server::Room>(RoomId{1}, hands.scene, scene,
                                                    server::RoomOptions{.controls_tool_passivity = false});
   std::vector<std::unique_ptr<SimulatedUser>> seats;

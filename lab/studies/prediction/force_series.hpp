@@ -30,20 +30,20 @@ ForceSeries peg_series(double mass_kg);
 /// Fails   std::invalid_argument: the bunny's file is missing; the message names the package
 ForceSeries bunny_pair_series();
 
-/// Returns all of the above series that this installation can compute, and the force on the first hand in the shipped
-/// scenes. The bunnies are included if their file exists.
+/// Returns the peg series, the bunny series if the bunny's file exists, and one series for each shipped scene: the
+/// force on the first hand.
 std::vector<ForceSeries> shipped_series();
 
-/// Returns the force of a chattering contact like that of the source thesis: peg and box in GImpact, with unmodified
-/// Bullet and its default solver. Each time step lasts as long as the computation of the previous step would take on a
-/// slow machine.
+/// Returns the force of a chattering contact (rapid alternation of contact and separation), as in the thesis Hou 2014.
+/// Peg and box are simulated by unmodified Bullet with GImpact and the default solver. Each time step is as long as the
+/// computation of the previous step would take on a slow machine.
 ///
 /// Model   step h = 2 ms + 0.25 ms for each contact, limited to 2 … 10 ms: 100 to 500 Hz. This model is our own; the
 ///         thesis states "variable, less than 100 to several 100 Hz"
 ForceSeries chatter_series(double mass_kg);
 
-/// Returns the RMS deviation of the force from its mean over the surrounding 20 ms, over all samples with a force. A
-/// hand moves too slowly to cause this deviation.
+/// Returns the noise of a series: the RMS deviation of the force from its mean over the surrounding 20 ms. Samples
+/// without force are excluded. The deviation is noise, because a hand moves too slowly to cause it.
 double noise_n(const ForceSeries& series);
 
 }  // namespace tandem::lab

@@ -12,7 +12,7 @@ namespace tandem::lab {
 /// Error statistics of one quantity with three components.
 struct ErrorFigures {
   double mean = 0;      ///< mean of |displayed − true|
-  double variance = 0;  ///< mean of |e − ē|², where e is displayed − true and ē its mean
+  double variance = 0;  ///< mean of |e − ē|², where e = displayed − true, and ē is the mean of e
   double rms = 0;
   double largest = 0;
 };
@@ -29,7 +29,7 @@ struct PredictionErrors {
 
 /// Runs the trial. The true value between two samples is interpolated linearly.
 /// In      sample_period  minimum interval between two sent samples; 0: all samples are sent
-///         delay          age of a sample when it is received
+///         delay          time from the sampling of a force until it is received
 PredictionErrors predict_series(const ForceSeries& series, haptics::ForceStream& stream,
                                 Duration sample_period = std::chrono::milliseconds(5), Duration delay = Duration{0});
 

@@ -22,13 +22,14 @@ constexpr std::string_view kDefault = "ar-spline";
 constexpr std::array kWindows{50, 75, 100, 150, 200, 250, 300, 400, 500, 600};
 constexpr std::array kBlends_ms{0, 2, 3, 4, 5};
 constexpr std::size_t kMaxOrder = 16;
-/// Gains in per cent that the claims require. The first is the gain of the thesis over linear extrapolation. The second
-/// is a part of the additional gain that the thesis reports for coefficients fitted online.
+/// Minimum gains that the claims require. kMinGain_percent is the reduction of the error compared with linear
+/// extrapolation; the thesis reports this value. kMinOnlineGain_percent is the further reduction by fitting the
+/// coefficients online; it is smaller than the value of the thesis.
 constexpr double kMinGain_percent = 6.8;
 constexpr double kMinOnlineGain_percent = 11;
 constexpr double kFitBudget_us = 200;
 constexpr double kChatter_kg = 0.1;
-/// Mass of a lighter peg. A lighter peg bounces, which gives ten times as much noise of the force.
+/// Mass of a lighter peg. This peg bounces, so the noise of its force is ten times as large.
 constexpr double kLightChatter_kg = 0.02;
 
 /// Returns the interval at which samples are sent. An uneven series is sent at the times of its samples, an even one
@@ -99,8 +100,8 @@ boost::json::object to_json(const Comparison& comparison) {
           {"methods", std::move(methods)}};
 }
 
-/// Adds the claims that the default predictor is not worse than "hold" and "linear". If one of these has zero error in
-/// a series, the default predictor must have zero error too.
+/// Adds the claims that the default predictor is not worse than the predictors "hold" and "linear". If "hold" or
+/// "linear" has no error in a series, the default predictor must have none either.
 void add_shipped(Reproduction& result, const Comparison& comparison) {
   const PredictionErrors& ours = comparison.errors_by(kDefault);
   result.claims.push_back({comparison.series,
@@ -130,7 +131,8 @@ void add_chatter(Reproduction& result, const Comparison& comparison) {
                          format_significant(literal, 3) + " %"});
 }
 
-/// Returns the settings of the AR model without the fallbacks of the default predictor. The thesis compares this model.
+/// Returns the settings of the pure AR model, as in the thesis. The default predictor has two additions, which are off
+/// here: a smaller weight of an uncertain model, and a reset at contact changes.
 haptics::ForceStreamSettings model_alone() {
   haptics::ForceStreamSettings settings = haptics::force_stream_settings(kDefault);
   settings.shrinks = false;

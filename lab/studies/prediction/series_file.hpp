@@ -1,4 +1,5 @@
-// Reads force series of other programs: CSV files in our own format, and .traj files of the haptic data repository.
+// Reads force series from files: CSV files in the format of lab/report/csv.hpp, and .traj files of the haptic data
+// repository.
 #pragma once
 
 #include <filesystem>

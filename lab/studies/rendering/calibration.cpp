@@ -28,8 +28,8 @@ constexpr int kFinerDampings = 3;
 constexpr double kMinDamping = 1.0 / 64;
 /// Factor by which a fitted pair of stiffness and damping may exceed the roughness limit of its point.
 constexpr double kFitTolerance = 1.1;
-/// Smallest permitted fitted stiffness as a fraction of the best stiffness, and largest permitted ratio between fitted
-/// and best damping in either direction. Both are our choice.
+/// Bounds for a fitted pair; both are our choice. The fitted stiffness is at least kMinShareOfStiffness times the best
+/// one. The fitted damping differs from the best one by at most the factor kMaxOfDamping, upwards or downwards.
 constexpr double kMinShareOfStiffness = 0.5;
 constexpr double kMaxOfDamping = 2;
 constexpr int kProbes = 64;
@@ -111,9 +111,9 @@ class AxisCalibrator {
     const double force_n = settings_.roughness_floor_n + settings_.roughness_share_of_weight * weight_n(mass_kg);
     return is_rotation_ ? force_n * settings_.gyration_radius_m : force_n;
   }
-  /// Returns the damping that is used while the stiffness is searched: the larger of two values. The value stiffness ×
-  /// period dissipates the energy that sampling creates while the hand moves slowly. The value 1.4 √(stiffness ×
-  /// inertia) gives the fastest settling in continuous time.
+  /// Returns the damping with which the stiffness is searched. It is the larger of two values:
+  /// * stiffness × period: dissipates the energy that sampling generates while the hand moves slowly;
+  /// * 1.4 √(stiffness × inertia): gives the fastest settling in continuous time.
   double first_damping(double stiffness, double inertia) const {
     const double wanted = std::max(stiffness / settings_.rate_hz, 1.4 * std::sqrt(stiffness * inertia));
     return std::min(wanted, result_.damping_maximum);
@@ -154,7 +154,8 @@ std::string_view AxisCalibrator::objection(CalibrationPoint& point, double share
   return "";
 }
 
-/// Bisection is suitable, because all three criteria tend to increase with stiffness; roughness scatters by about 10 %.
+/// Searches by bisection. This is possible because the measured values of all three criteria increase with the
+/// stiffness, except for a scatter of the roughness of about 10 %.
 bool AxisCalibrator::find_stiffness(CalibrationPoint& point) const {
   const auto tried = [&](double stiffness) {
     point.first_damping = first_damping(stiffness, point.inertia);
@@ -200,8 +201,8 @@ void AxisCalibrator::find_stiffnesses() {
     const bool is_found = find_stiffness(point);
     (is_found ? result_.points : result_.left_out).push_back(point);
     advance(0.6 * static_cast<double>(i + 1) / static_cast<double>(masses_kg_.size()));
-    // For larger masses the stiffness would stay at its maximum. The law holds the last value, so no more points are
-    // needed.
+    // The stiffness has reached its maximum and stays there for larger masses. For these, the adaptive law uses the
+    // value of the last point, so no more points are needed.
     if (is_found && point.best.stiffness == result_.stiffness_maximum) break;
   }
   if (!result_.points.empty()) return;
@@ -223,8 +224,8 @@ std::vector<double> probed(const haptics::Cubic& cubic, double low, double high)
   return values;
 }
 
-/// Returns `cubic`, scaled down so that it exceeds neither the upper limit `cap` of any point nor `most` anywhere in
-/// the range.
+/// Returns `cubic` multiplied by a factor of at most 1, such that two bounds hold: at each x[i] its value is at most
+/// cap[i], and over the whole range it is at most `most`.
 haptics::Cubic lowered(haptics::Cubic cubic, const std::vector<double>& x, const std::vector<double>& cap,
                        double most) {
   double share = 1;

@@ -2,10 +2,11 @@
 // "stability", "rest" and "quiet" are defined in CalibrationSettings.
 //
 //   1. For each mass, the best stiffness is the largest one that fulfils all three criteria.
-//   2. A polynomial k(m) is fitted to the best stiffness as a function of the mass (Hou 2014, eqs. 5.2, 5.13, 5.14).
+//   2. A polynomial k(m) is fitted to the best stiffness k as a function of the mass m (Hou 2014, eqs. 5.2, 5.13,
+//      5.14).
 //   3. For each best stiffness, the best damping is the one with which the tool settles fastest, provided that all
 //      criteria are fulfilled.
-//   4. A polynomial b(k) is fitted to the best damping as a function of the stiffness (eqs. 5.3, 5.15).
+//   4. A polynomial b(k) is fitted to the best damping b as a function of the stiffness k (eqs. 5.3, 5.15).
 //   5. If the device displays torque, steps 1 to 4 are repeated for moments of inertia (eq. 5.7).
 #pragma once
 
@@ -24,9 +25,9 @@ struct CalibrationPoint {
   double inertia = 0;
   double mass_kg = 0;  ///< mass of the tool with this inertia
   Pair best;
-  double first_damping = 0;  ///< damping that was used while the stiffness was searched
-  /// The criterion that limits the stiffness: "maximum" (of the device), "cap" (assumed if the maximum is unverified),
-  /// "stability", "rest" or "quiet".
+  double first_damping = 0;  ///< damping with which the stiffness was searched; replaced by the best damping later
+  /// Reason why the stiffness is not larger: a violated criterion ("stability", "rest" or "quiet"), the verified
+  /// maximum of the device ("maximum"), or an assumed maximum if the device has no verified one ("cap").
   std::string_view limited_by;
   double spectral_radius = 0;  ///< spectral radius for `best`, including the margins
   double restlessness = 0;     ///< restlessness for `best`, in encoder steps
@@ -64,8 +65,8 @@ struct Calibration {
 
 /// Finds stiffness k and damping b for each mass m, and fits polynomials to them.
 ///
-/// Model   k(m) and b(k) are the polynomials above. At a tried mass, k(m) is at most the stiffness that the search
-///         found. At every mass in the range, k(m) is at most the stiffness that coupling_bounds() permits
+/// Model   k(m) and b(k) are the fitted polynomials. At each calibrated mass, k(m) is at most the best stiffness that
+///         the search found. At every mass between them, k(m) is at most the stiffness that coupling_bounds() permits
 /// Source  Hou, PhD thesis, NTU, 2014, chapter 5: the procedure. The thesis leaves the criterion for "best" to the
 ///         experimenter; ours is defined in CalibrationSettings
 /// In      on_progress  called with the finished fraction, 0..1
@@ -75,8 +76,8 @@ struct Calibration {
 Calibration calibrate(const devices::DeviceProfile& profile, const CalibrationSettings& settings,
                       const std::function<void(double)>& on_progress);
 
-/// Checks that the fitted pairs satisfy the criteria for the best pairs, and that their stiffness and damping are close
-/// to those of the best pairs.
+/// Returns checks of the polynomials: the fitted pairs fulfil the criteria "stability", "rest" and "quiet", and their
+/// stiffness and damping are close to those of the best pairs.
 std::vector<Check> checks_of(const Calibration& calibration);
 
 }  // namespace tandem::lab

@@ -15,8 +15,8 @@ namespace {
 /// Forces with which a hand presses at the start and at the end of a trial, as fractions of the force limit.
 constexpr double kLightPress = 0.1;
 constexpr double kFirmPress = 0.3;
-/// Largest rotation that a hand intends. At more than half a turn between hand and tool, the rotational spring would
-/// pull in the opposite direction.
+/// Largest rotation that a hand intends. It stays below half a turn (3.14 rad): if hand and tool differed by more, the
+/// rotational spring would pull in the opposite direction.
 constexpr double kFurthestTurn_rad = 1.5;
 /// Inertia of the tool against which a hand twists. It is so large that the tool practically does not rotate during the
 /// trial.
@@ -35,8 +35,8 @@ constexpr Duration kLastOfRest = std::chrono::milliseconds(250);
 constexpr double kShrinking = 0.9;
 constexpr Duration kPress = std::chrono::milliseconds(2000);
 constexpr Duration kSettled = std::chrono::milliseconds(800);
-/// A critically damped hand that the forces of shipped devices hardly move. The simulation of this hand is stable at
-/// the time step.
+/// Hand that does not move noticeably under the forces of shipped devices. It is critically damped, and the simulation
+/// of this stiff hand is stable with the time step of the trials.
 constexpr devices::HandParameters kUnmovedHand{.mass_kg = 10,
                                                .stiffness_n_per_m = 1e7,
                                                .damping_n_s_per_m = 2e4,
@@ -86,8 +86,9 @@ HandRigSettings rig_with(const devices::DeviceProfile& profile, bool is_rotation
   return rig;
 }
 
-/// Returns the position that a hand must intend in order to press with `force`: the deflection of the hand's own spring
-/// plus that of the coupling. For a soft rotational coupling the angle is limited, which reduces the torque.
+/// Returns the position that a hand must intend in order to press with `force`. It is the sum of two deflections: of
+/// the hand's own spring and of the coupling. For a soft rotational coupling the sum is limited to kFurthestTurn_rad,
+/// so the torque is smaller than requested.
 double wanted_for(double force, double hand_stiffness, double stiffness, bool is_rotation) {
   const double deflection = force * (1 / hand_stiffness + 1 / stiffness);
   return -(is_rotation ? std::min(deflection, kFurthestTurn_rad) : deflection);
@@ -186,7 +187,7 @@ double CouplingTrial::roughness_of(std::size_t of_checked, const Pair& pair, dou
     forces.push_back(is_rotation_ ? tick.on_hand_W.t.z() : tick.on_hand_W.f.z());
   }
   const std::vector<double> high = high_passed(forces, settings_.rate_hz, kVibration_hz);
-  // Excludes the first part of the force, which contains the motion to the wall and the transient of the filter.
+  // Excludes the first 0.75 s of the force. They contain the motion to the wall and the transient of the filter.
   const auto settled = static_cast<std::size_t>(3 * to_seconds(kReach) * settings_.rate_hz);
   return rms(std::span(high).subspan(std::min(settled, high.size())));
 }

@@ -12,21 +12,25 @@ namespace tandem::lab {
 
 /// Criteria for a pair, parameters of the simulated hands, and the choice of the masses.
 struct CalibrationSettings {
-  double gain_margin = 2;        ///< criterion "stability": factor on all forces at which the loop is still stable
-  int delay_margin_periods = 1;  ///< criterion "stability": additional delay of the forces in the same test [periods]
+  /// criterion "stability": the loop must be stable even if all forces are multiplied by this factor
+  double gain_margin = 2;
+  /// criterion "stability": additional delay of the forces at which the loop must be stable, together with gain_margin
+  /// [periods]
+  int delay_margin_periods = 1;
   double rate_hz = 1000;
   double tremor_rms_n = 0.05;  ///< tremor of the pressing hands; our choice: clearly visible in a relaxed hand
-  /// Encoder step assumed for a device that reports exact positions: the step of the device in the source thesis; see
-  /// devices/PROFILES.md.
+  /// Encoder steps that are assumed for a device that reports exact positions. They are those of the device in Hou
+  /// 2014; see devices/PROFILES.md.
   double nominal_step_m = 3e-5;
   double nominal_step_rad = 1.4e-4;
   std::uint64_t seed = 1;
   /// Masses to calibrate. If empty: eight masses from 0.02 kg up to the mass whose weight is 0.8 of the device's force
   /// limit, but at most 2 kg.
   std::vector<double> masses_kg;
-  /// Criterion "quiet": the roughness is at most floor + share × weight of the tool. The weight of a heavy tool masks
-  /// encoder noise, so more noise is permitted there. Therefore the best stiffness increases with the mass. Both values
-  /// are our choice; 2 mN is the noise of the coarsest shipped encoder at 100 N/m.
+  /// Criterion "quiet": the roughness (see roughness()) is at most roughness_floor_n + roughness_share_of_weight ×
+  /// weight of the tool. More noise is permitted for a heavy tool, because its weight masks the noise. Therefore the
+  /// best stiffness increases with the mass. Both values are our choice. 2 mN is the noise of the coarsest encoder of a
+  /// shipped profile at 100 N/m.
   double roughness_floor_n = 0.002;
   double roughness_share_of_weight = 0.005;
   /// Fraction of the permitted roughness that the choice of stiffness may use. The rest is reserved for the choice of
@@ -34,8 +38,8 @@ struct CalibrationSettings {
   double stiffness_share_of_roughness = 0.75;
   /// Criterion "rest": largest permitted range of the handle's position while the hand rests [encoder steps].
   double restlessness_steps = 2;
-  /// Radius of gyration r of the tools. It gives the moment of inertia for each mass, I = m r², and the torque limit,
-  /// which is the force limit times r. It corresponds to a tool of 4 cm; our choice.
+  /// Radius of gyration r of the tools; our choice for a tool of 4 cm. It determines the moment of inertia of a tool of
+  /// mass m, I = m r², and the torque limit, r times the force limit.
   double gyration_radius_m = 0.02;
 };
 
@@ -58,14 +62,17 @@ class CouplingTrial {
   // are relaxed, with a light grip and with a firm grip; the worst result is returned. Each trial simulates 3 hands for
   // 2 s, which takes about 0.08 s.
 
-  /// Returns the range of the handle in the last quarter of 2 s without tremor [encoder steps]. It is 0 if the range is
-  /// still shrinking.
+  /// Returns the range of the handle's position in the last 0.25 s of a press of 2 s without tremor [encoder steps]. It
+  /// is 0 if the motion is still decaying.
   double restlessness(const Pair& pair, double inertia) const;
   /// Returns the RMS of the force above 30 Hz [N or N·m], with tremor and a slow change of the pressing force.
   double roughness(const Pair& pair, double inertia) const;
-  /// Returns ∫ t |d − d_rest| dt after the weight of the tool is applied as a step while the hand does not move. d is
-  /// the sag in m or rad; d_rest is 1 mm. The integral is smallest for fast settling with little overshoot. In
-  /// continuous time, its minimum is at b = 1.4 √(k m).
+  /// Returns a cost that is smallest for fast settling with little overshoot: ∫ t |d − d_rest| dt (ITAE). The weight of
+  /// the tool is applied as a step at t = 0 while the hand does not move.
+  /// * d: sag of the tool below the hand [m or rad]
+  /// * d_rest: final sag, 1 mm
+  ///
+  /// In continuous time, the best damping is b = 1.4 √(k m).
   /// Source  Graham, Lathrop, "The synthesis of optimum transient response", AIEE Trans. 72, 1953: ITAE
   double settling_cost(const Pair& pair, double inertia) const;
 

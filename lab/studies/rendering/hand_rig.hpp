@@ -1,5 +1,6 @@
-// Test rig: a control loop of one hand, one device, one coupling, one tool and at most one plane. Rendering laws are
-// compared, calibrated and reproduced in it. Law, solver, hand and velocity estimator are the same as in live sessions.
+// Test rig in which rendering laws (coupling laws) are compared and calibrated. It simulates a control loop of one
+// hand, one device, one coupling, one tool and at most one plane. Law, solver and velocity estimator are those of live
+// sessions.
 //
 //   simulated hand ─▶ encoder ─▶ velocity ─▶ coupling ⇄ tool (contact solver) ⇄ plane
 //         ▲──────── force held for one period ◀── passivity controller ◀──┘
@@ -50,7 +51,8 @@ struct HandRigTick {
   /// Work of the hand up to this tick: −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ_j. F and τ are displayed force and torque; x is
   /// the true position, and θ_j the true rotation from tick j to j + 1.
   double hand_work_j = 0;
-  /// hand_work_j computed from the reported positions, which are all that a passivity controller has
+  /// hand_work_j computed from the reported positions instead of the true ones; a passivity controller has only the
+  /// reported ones
   double reported_work_j = 0;
 };
 
@@ -69,9 +71,9 @@ class HandRig {
   HandRig(HandRig&&) noexcept;
 
   HandRigTick tick();
-  /// Moves the handle by a prescribed translation and rotation, which replace the simulated hand. It serves callers
-  /// that choose the direction of each tick. The law receives positions from the encoder; the returned state has the
-  /// true ones.
+  /// Moves the handle by a prescribed translation and rotation, which replace the simulated hand. A test uses it to
+  /// choose the motion of each tick by itself. The law receives positions quantised by the encoder. The returned state
+  /// contains the true positions.
   HandRigTick tick_driven(const Vec3& step_W, const Vec3& turn_W = Vec3::Zero());
   double withheld_j() const;
 

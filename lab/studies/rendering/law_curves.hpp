@@ -21,8 +21,9 @@ double elastic_force_n(const haptics::CouplingLaw& law, double d_m, bool is_push
 /// Fails   std::invalid_argument: the law is unknown, or `force_n` is outside the law's range
 double displacement_m(std::string_view law, const haptics::CouplingParameters& coupling, double force_n);
 
-/// Returns `coupling` with the stiffness k_t for which force / displacement at `at_n` equals `secant_n_per_m`. The
-/// solution is unique, because every curve depends only on the product of k_t and displacement.
+/// Returns `coupling` with the stiffness k_t for which the law's curve has the secant stiffness `secant_n_per_m` (force
+/// / displacement) at the force `at_n`. The solution is unique, because the force of every law depends only on the
+/// product of k_t and displacement.
 haptics::CouplingParameters with_secant_stiffness(std::string_view law, haptics::CouplingParameters coupling,
                                                   double secant_n_per_m, double at_n);
 

@@ -20,9 +20,9 @@ struct ChosenFit {
 /// Chooses the degree (0 to 3) with the smallest leave-one-out error. The rules are:
 /// * The first and the last point are never left out.
 /// * A higher degree is chosen only if it lowers the error by a tenth.
-/// * A degree is excluded if its fit would pass through all points, or if `is_allowed` returns false for its fit.
-///   Degree 0 is always allowed.
-/// * Exception: two different points give a line if `is_allowed` accepts it.
+/// * A degree is excluded if it has as many coefficients as there are points, because its fit would pass through all of
+///   them. It is also excluded if `is_allowed` returns false for its fit. Degree 0 is always allowed.
+/// * Exception: two points with different y values give a line through both if `is_allowed` accepts it.
 ///
 /// In      x  in ascending order; equal values are allowed
 ChosenFit chosen_fit(std::span<const double> x, std::span<const double> y,

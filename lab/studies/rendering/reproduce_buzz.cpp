@@ -24,8 +24,8 @@ constexpr double kLightShare = 0.005;  ///< a touch is light if its force is bel
 constexpr std::string_view kRival = "qsa-dynamic";
 constexpr std::string_view kLiteral = "stable-dynamic-literal";
 constexpr std::array kTremors_n{0.02, 0.05, 0.1, 0.2};
-/// Force limit F_max of the published comparisons. It is tested in addition to the limit that is used with the light
-/// tool.
+/// Force limit F_max of the published comparisons (6.5 N). It is tested in addition to the default limit of
+/// PressSettings (4 N).
 constexpr double kLargerLimit_n = kForceLimit_n;
 /// Contact stiffness of a typical wall in a scene, which is much stiffer than a coupling.
 constexpr double kHardPlane_n_per_m = 20000;
@@ -82,8 +82,8 @@ double slope_at(std::string_view law, double force_n, const PressSettings& setti
   return haptics::make_coupling_law(law, coupling)->gradient(state).force_by_d(2, 2);
 }
 
-/// Returns two values as text: the slope of the default law divided by that of kRival at a light touch, and the force
-/// above which the default law is steeper [% of F_max].
+/// Returns two values as text. The first is the slope (stiffness) of the default law at a light touch, divided by that
+/// of the law kRival. The second is the force above which the default law has the larger slope [% of F_max].
 std::string slope_ratio_with(const PressSettings& settings) {
   const auto ratio = [&](double force_n) {
     return slope_at(haptics::kDefaultCouplingLaw, force_n, settings) / slope_at(kRival, force_n, settings);
@@ -123,8 +123,8 @@ std::string millinewtons(double force_n) {
 }
 
 void add_winner_rows(Reproduction& result, const std::vector<LawBuzz>& laws) {
-  // Direct rendering is listed separately. Without a tool, its plane must be as soft as a coupling, so its forces are
-  // not comparable.
+  // The winner is chosen among laws with a tool. Direct rendering has none, so its plane is as soft as a coupling, and
+  // its forces cannot be compared with those of the other laws. It gets a row of its own.
   std::vector<const LawBuzz*> coupled;
   for (const LawBuzz& law : laws) {
     if (haptics::find_coupling_law(law.law)->tool != haptics::ToolDynamics::kAtHandle) coupled.push_back(&law);

@@ -22,7 +22,7 @@ constexpr std::array kMasses_kg{0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6};
 /// Number of masses, from the first, with published results. The adaptive law is calibrated for these.
 constexpr std::size_t kPublishedMasses = 4;
 constexpr std::array kLaws{"spring-damper", "qsa-dynamic", "stable-dynamic", "stable-dynamic-literal", "adaptive"};
-/// Parameter c of the stable dynamic law, which determines the sharpness of the curve.
+/// Parameter c of the stable dynamic law, the sharpness of its force curve.
 constexpr double kSharpness = 1;
 /// Laws with a tool that has no weight.
 constexpr std::array kWeightless{"qsa-static", "direct"};
@@ -58,8 +58,8 @@ double unbent_n(double shown_n) {
   return knee_n - kSoftness * kForceLimit_n * std::log((kForceLimit_n - shown_n) / (kSoftness * kForceLimit_n));
 }
 
-/// Returns the expected sag m·g/k, with k the secant stiffness of the law's curve. The formulas are written out here,
-/// independent of the code of the laws.
+/// Returns the expected sag of the tool below the handle. The formulas are written out here, so that they test the code
+/// of the laws independently.
 ///
 /// Model   The elastic force is e = m g (below the knee). d_max = F_max/k_t.
 ///         * linear law: e/k
@@ -120,8 +120,8 @@ std::string millimetres(double length_m) {
   return format_fixed(1e3 * length_m, 1) + " mm";
 }
 
-/// Returns the stiffness k_t, as text, with which `law` would have the published sag. A curve depends only on k_t d, so
-/// the sag is proportional to 1/k_t.
+/// Returns, as text, the stiffness k_t with which `law` would have the published sag. The force of a law depends only
+/// on the product k_t·d with the displacement d, so the sag is proportional to 1/k_t.
 std::string implied_stiffness(const LawSag& law, double ours_m, double published_m) {
   const double ours_n_per_m = coupling_of(law.law, kMasses_kg.front()).stiffness_n_per_m;
   return format_fixed(ours_n_per_m * ours_m / published_m, 1) + " N/m";
@@ -130,7 +130,7 @@ std::string implied_stiffness(const LawSag& law, double ours_m, double published
 struct PublishedRatio {
   const char* law;
   double at_end;          ///< displacement with this law relative to that with the adaptive law, at 0.2 kg
-  double mean_reduction;  ///< reduction of the mean displacement by the adaptive law, relative to this law
+  double mean_reduction;  ///< fraction by which the adaptive law reduces the mean displacement of this law
 };
 constexpr std::array kPublished{PublishedRatio{"spring-damper", 2.71, 0.5243},
                                 PublishedRatio{"qsa-dynamic", 2.16, 0.4251}};
@@ -157,8 +157,9 @@ void add_published_rows(Reproduction& result, const std::vector<LawSag>& sags) {
   }
 }
 
-/// Adds a row in which the laws have the same sag at the lightest mass instead of the same k_t. This comparison favours
-/// a curve whose slope increases.
+/// Adds a row of a second comparison: the stiffness k_t of the default law is chosen such that its sag equals that of
+/// the adaptive law at the lightest mass. The laws then have different k_t. This comparison favours a law whose force
+/// curve becomes steeper with the displacement.
 void add_equal_sag_row(Reproduction& result, const LawSag& adaptive) {
   constexpr std::string_view kCurved = haptics::kDefaultCouplingLaw;
   haptics::CouplingParameters coupling = coupling_of(kCurved, kMasses_kg.front());

@@ -30,8 +30,8 @@ constexpr double kDamping_n_s_per_m = 0.4;
 haptics::CouplingParameters coupling() {
   haptics::CouplingParameters result;
   result.stiffness_n_per_m = kStiffness_n_per_m;
-  // Twice k·T, the damping that compensates for the energy that sampling creates. At the speed of the stroke it
-  // dissipates many times that energy, and its force is only 0.2 % of the total.
+  // The damping is twice k·T (stiffness times period). A damping of k·T would be enough to dissipate the energy that
+  // sampling generates. At the speed of the stroke the damping force is only 0.2 % of the total force.
   result.damping_n_s_per_m = kDamping_n_s_per_m;
   result.force_limit_n = kLimit_n;
   result.saturation_softness = kSoftness;

@@ -85,7 +85,8 @@ double changed_below_knee_n(const std::vector<Press>& presses) {
   return changed;
 }
 
-/// Returns the jump of the saturation curve's slope at the knee: the difference of two finite differences.
+/// Returns the jump of the saturation curve's slope at the knee. Both slopes are computed by finite differences, just
+/// below and just above the knee.
 double slope_jump() {
   constexpr double kStep_n = 1e-6;
   const auto H = [](double force_n) { return haptics::saturated(force_n, kForceLimit_n, kSoftness); };

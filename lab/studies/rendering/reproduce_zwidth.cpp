@@ -26,7 +26,8 @@ constexpr std::array kZWidthLaws{"spring-damper",          "qsa-static", "qsa-dy
 constexpr double kLeast_n_per_m = 50;
 constexpr double kMost_n_per_m = 1e6;
 constexpr double kResolution = 1.005;
-/// Ratio of the bounds of the first search interval to the expected stiffness.
+/// Factor of the first search interval: it extends from the expected stiffness / kNarrow to the expected stiffness ×
+/// kNarrow.
 constexpr double kNarrow = 1.01;
 /// Factor between successive stiffness values in the scan for switching laws.
 constexpr double kScan = 1.1;
@@ -40,20 +41,21 @@ constexpr double kPlane_n_per_m = 1e9;
 /// Amplitude below which the handle counts as resting. It is 10,000 times the rounding error of the positions.
 constexpr double kStill_m = 1e-14;
 constexpr double kSmallSwing = 0.05;
-/// Smallest force on the wall, as a fraction of the limit. It keeps the handle on the wall for curves that are steepest
-/// at zero force.
+/// Smallest preload (force on the wall) of a test, as a fraction of the force limit. A law is tested at the steepest
+/// point of its curve. For some laws this point is at zero force, and without a preload the handle would leave the
+/// wall.
 constexpr double kMinPreload = 0.02;
 
-/// Tolerance of the comparison of prediction and simulation: two steps of the search. The largest measured error is one
-/// step.
+/// Largest permitted difference between predicted and simulated limit. It equals two steps of the search (kResolution).
+/// The largest measured difference is one step.
 constexpr double kTolerance_percent = 1;
 
 bool is_direct(std::string_view law) {
   return haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
 }
 
-/// Returns whether the force of a law jumps with the sign of d·v (displacement times velocity). The loop then has no
-/// linearisation, and no limit can be predicted.
+/// Returns whether a law is switching: its force jumps when the sign of d·v (displacement times velocity) changes. The
+/// loop of such a law cannot be linearised, so no stability limit can be predicted.
 bool is_switching(std::string_view law) {
   return !haptics::find_coupling_law(law)->is_passive && !is_direct(law);
 }
@@ -73,8 +75,8 @@ haptics::CouplingParameters coupling_of(const Setting& setting, double stiffness
   return coupling;
 }
 
-/// Operating point at the wall: the force, and the slope of the law's curve there divided by k_t. Both are independent
-/// of k_t.
+/// Operating point of a law at the wall: the force with which the hand presses, and the slope of the law's curve at
+/// this force divided by k_t. Both values are independent of k_t.
 struct Preload {
   double force_n = 1;
   double slope_per_stiffness = 1;
@@ -90,8 +92,9 @@ Preload preload_of(std::string_view name) {
   return {elastic_force_n(*law, d_m, true), law->gradient(state).force_by_d(2, 2)};
 }
 
-/// Returns the largest stiffness for which `is_stable` is true, within kResolution, or kLeast_n_per_m if there is none.
-/// The search widens its bracket around `guess` by growing steps until the bracket contains the limit.
+/// Returns the largest stiffness for which `is_stable` is true, with the relative accuracy kResolution − 1. It is
+/// kLeast_n_per_m if no tried stiffness is stable. An interval around `guess` is widened by growing factors until it
+/// contains the limit; then it is bisected.
 template <class IsStable>
 double largest_stable(double guess, const IsStable& is_stable) {
   double low = guess / kNarrow, high = guess * kNarrow;

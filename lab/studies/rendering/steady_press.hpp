@@ -11,8 +11,8 @@
 
 namespace tandem::lab {
 
-/// Settings that all laws share. Tool, force limit, damping and encoder are those of the source thesis; the other
-/// values are our choice.
+/// Settings that all laws share. Tool, force limit, damping and encoder step are taken from the thesis Hou 2014
+/// (reproduce_laws.hpp). The other values are our choice.
 struct PressSettings {
   /// If set, every law uses this coupling, and the settings for limit, secant stiffness and damping are ignored.
   std::optional<haptics::CouplingParameters> coupling;
@@ -20,7 +20,7 @@ struct PressSettings {
   double secant_n_per_m = 300;     ///< secant stiffness of every law at a force of 1 N
   double damping_n_s_per_m = 0.2;  ///< damping of every law with a damper
   double tool_mass_kg = 0.02;
-  double encoder_step_m = 3e-5;  ///< encoder step of the device in the source thesis
+  double encoder_step_m = 3e-5;  ///< encoder step of the device in Hou 2014
   double tremor_rms_n = 0.05;
   double settling_s = 2.5;
   double recorded_s = 8;
@@ -39,12 +39,14 @@ struct SteadyPress {
 /// stiffness.
 HandRigSettings equal_rig(std::string_view law, const PressSettings& settings);
 
-/// Returns the change of the force caused by one encoder step: by the slope of the law at this force, and by the
-/// damper. The velocity window of the damper is assumed to be one period, which is the worst case.
+/// Returns the largest change of the force that one encoder step causes. It is the sum of two changes: that of the
+/// law's elastic force, by its slope at `force_n`, and that of the damper. For the damper, the velocity is assumed to
+/// be estimated over a single period, which is the worst case.
 double encoder_quantum_n(std::string_view law, double force_n, const PressSettings& settings);
 
 /// Runs the press.
-/// In      force_n  mean force of the press, by the equilibrium of hand, coupling and plane without tremor
+/// In      force_n  mean force of the press: the force at which hand, coupling and plane are in equilibrium without
+///         tremor
 SteadyPress press_steadily(std::string_view law, double force_n, const PressSettings& settings);
 
 }  // namespace tandem::lab

@@ -11,11 +11,11 @@
 namespace tandem::server::mesh_reader {
 namespace {
 
-/// Largest distance from the origin, in mesh sizes, at which positions are not shifted. Up to this distance, single
-/// precision loses less than a millionth of the mesh size.
+/// Largest distance of positions from the origin, in mesh sizes, up to which the file is not changed. At this distance,
+/// single precision loses less than a millionth of the mesh size.
 constexpr double kFarthest = 4;
 
-/// Part of the file between two offsets.
+/// A range of characters of the file.
 struct Piece {
   std::size_t begin = 0, end = 0;
   std::string_view in(std::string_view text) const { return text.substr(begin, end - begin); }

@@ -1,5 +1,6 @@
-// Readers of mesh formats that are lists of vertices and faces. They replace Assimp, which reads coordinates in single
-// precision. For .ply and .off it also skips faces and uses wrong vertices without a message.
+// Readers of mesh formats that are lists of vertices and faces. They are used instead of Assimp, which reads
+// coordinates in single precision. In .ply and .off files, Assimp also skips faces and uses wrong vertices without a
+// message.
 //
 // The bytes may be hostile. The length of the file bounds the memory, and deviations from the format are refused.
 #pragma once

@@ -9,9 +9,8 @@
 namespace tandem::server::mesh_reader {
 
 /// Checks a .gltf or .glb for these features, and counts its triangles.
-/// Checks a file for these features.
 /// Out     number of triangles of all meshes according to their accessors; nothing for version 1 of glTF
-/// Fails   Refusal: the file uses one of the features
+/// Fails   Refusal: the file uses one of these features
 std::optional<std::size_t> checked_gltf_triangles(std::span<const std::byte> bytes);
 
 }  // namespace tandem::server::mesh_reader

@@ -68,8 +68,8 @@ class ObjReader {
     mesh_.add_face(face_);
   }
 
-  /// Returns the index of a vertex that a face names. In the file, 1 is the first vertex and -1 the last vertex read so
-  /// far.
+  /// Returns the index of the vertex that a corner of a face refers to. In the file, 1 is the first vertex, and -1 is
+  /// the last vertex read so far.
   std::uint32_t corner(std::string_view word) const {
     const std::optional<long long> index = whole_number_in(word.substr(0, word.find('/')));
     const auto count = static_cast<long long>(mesh_.vertices.size());

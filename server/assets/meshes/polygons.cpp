@@ -59,7 +59,7 @@ void check(const Polygons& mesh) {
   check_finite(mesh);
   const Extent extent = extent_of(mesh);
   const double step = std::max(mesh.step, extent.farthest * mesh.number_step);
-  // A mesh of size 0 has no relative rounding step. Later checks refuse such a mesh.
+  // A rounding step relative to size 0 is not defined. A mesh of size 0 is refused by a later check.
   if (extent.size == 0 || step <= extent.size * kMaxStepShare) return;
   throw Refusal("whose coordinates are too far from the origin: at a size of " + short_text(extent.size) +
                 " units they are known in steps of " + short_text(step) +

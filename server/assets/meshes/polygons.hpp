@@ -12,14 +12,15 @@
 
 namespace tandem::server::mesh_reader {
 
-/// Refusal of a file. The text is a clause that continues the file's name: "which …; remedy".
+/// Refusal of a mesh file. The text is a relative clause that follows the file's name in the message: "which …;
+/// remedy".
 class Refusal : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Vertices in the file's units, with z up. The corners of the faces follow each other in `corners`; face f has
-/// face_sizes[f] of them.
+/// Vertices in the file's units, with z up, and faces. `corners` holds the corners of all faces one after the other;
+/// face f has face_sizes[f] of them.
 struct Polygons {
   std::vector<Vec3> vertices;
   std::vector<std::uint32_t> corners;
@@ -36,8 +37,8 @@ struct Polygons {
   }
 };
 
-/// Largest accepted rounding step of coordinates, as a fraction of the longest edge of the bounding box. With this step
-/// the volume of a compact part is accurate to 1e-4. Files with a larger step are refused.
+/// Largest accepted rounding step of coordinates, as a fraction of the longest edge of the bounding box. A file with a
+/// larger step is refused. At this limit the volume of a compact part is accurate to 1e-4.
 inline constexpr double kMaxStepShare = 1.0 / 32768;
 
 /// Longest edge and centre of the bounding box of the vertices that faces use, and the largest absolute coordinate.
@@ -48,8 +49,7 @@ struct Extent {
 };
 Extent extent_of(const Polygons& mesh);
 
-/// Checks that a mesh can be used.
-/// Checks indices and coordinates.
+/// Checks the indices and coordinates of a mesh.
 /// Fails   Refusal: a face uses an index beyond the last vertex; a coordinate is not finite; or coordinates are so far
 ///         from the origin that their rounding changes the shape
 void check(const Polygons& mesh);

@@ -100,8 +100,8 @@ Polygons binary_stl(std::span<const std::byte> bytes) {
   return mesh;
 }
 
-/// Returns whether an STL file is text. A binary file may begin with "solid", too. However, it has a zero byte near the
-/// start: the upper byte of its triangle count, which is below 2^24 in any accepted file.
+/// Returns whether an STL file is in text form. A binary file may begin with "solid" as well, but it has a zero byte
+/// near its start: the upper byte of its number of triangles, which is below 2^24 in any accepted file.
 bool is_text(std::span<const std::byte> bytes) {
   std::string_view text = text_of(bytes);
   const bool has_zero = text.substr(0, kHeader).find('\0') != std::string_view::npos;

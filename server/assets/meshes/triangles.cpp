@@ -49,8 +49,8 @@ class GivenFiles final : public Assimp::IOSystem {
   std::vector<GivenFile> files_;
 };
 
-/// Detects wrong indices from Assimp's log. For an index out of range, Assimp only logs an error and uses another
-/// vertex or drops the face.
+/// Detects wrong vertex indices in a file by Assimp's log. Assimp does not fail for an index out of range: it logs an
+/// error, and then uses another vertex or drops the face.
 class Complaints final : public Assimp::LogStream {
  public:
   Complaints() {
@@ -124,8 +124,8 @@ class SceneFlattener {
  public:
   SceneFlattener(const aiScene& scene, const Vec3& shift, bool has_master_scale) : scene_(scene), shift_(shift) {
     Eigen::Affine3d root = pose_of(scene.mRootNode->mTransformation);
-    // Assimp scales a .3ds by the inverse of the editor's display scale, which is not a unit of the file. The scale is
-    // removed here.
+    // Assimp scales a .3ds by the inverse of the display scale that was set in the editor. That scale is not a unit of
+    // the file, so it is removed here.
     const double volume = std::abs(root.linear().determinant());
     if (has_master_scale && volume > 0) root.linear() /= std::cbrt(volume);
     // Assimp rotates every scene to y up. This rotation restores z up.
@@ -152,8 +152,8 @@ class SceneFlattener {
       }
     }
     for (std::size_t i = nodes_.size() - 1; i > 0; --i) nodes_[nodes_[i].parent].meshes += nodes_[i].meshes;
-    // If all meshes descend from one node, its pose moves the scene as a whole. Rounding of its position does not
-    // change the shape, so such a node is skipped.
+    // If all meshes descend from one node, the pose of that node moves the scene as a whole. Rounding of its position
+    // then does not change the shape, so this node does not count.
     for (std::size_t i = 1; i < nodes_.size(); ++i) {
       if (nodes_[i].meshes == 0 || nodes_[i].meshes == nodes_[0].meshes) continue;
       const double moved = pose_of(nodes_[i].node->mTransformation).translation().cwiseAbs().maxCoeff();
@@ -183,7 +183,8 @@ class SceneFlattener {
     for (const aiFace& face : faces_of(part)) {
       corners.clear();
       for (unsigned c = 0; c < face.mNumIndices; ++c) {
-        // An index beyond this part is marked as invalid, because it would address a vertex of the next part.
+        // An index beyond the vertices of this part would refer to a vertex of the next part, so it is marked as
+        // invalid.
         const bool is_here = face.mIndices[c] < part.mNumVertices;
         corners.push_back(is_here ? static_cast<std::uint32_t>(first + face.mIndices[c]) : UINT32_MAX);
       }
@@ -262,7 +263,8 @@ std::vector<int> places_of(const std::vector<Vec3>& vertices) {
   return places;
 }
 
-/// Merges vertices at the same position, and keeps only those that triangles use, in the order of use.
+/// Merges vertices at equal positions. The result contains only vertices that triangles use, in the order of their
+/// first use.
 geometry::TriangleMesh joined(const std::vector<Vec3>& vertices, const std::vector<std::uint32_t>& corners) {
   geometry::TriangleMesh mesh;
   const std::vector<int> places = places_of(vertices);

@@ -1,6 +1,6 @@
 // Adapter of Assimp. It reads scenes of .dae, .gltf, .glb and .3ds as polygons, and cuts polygons into triangles.
-// Assimp computes in single precision. To keep accuracy, the poses of a scene are applied here. Polygons are moved near
-// the origin and scaled to about unit size before they are cut.
+// Assimp computes in single precision. To keep accuracy, this adapter applies the poses of a scene itself. It also
+// moves polygons near the origin, and scales them to about unit size, before Assimp cuts them.
 #pragma once
 
 #include <cstddef>

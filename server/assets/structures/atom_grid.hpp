@@ -1,5 +1,5 @@
-// A grid of cubes for the search of nearby points. A cube stores a limited number of points, so that the work is
-// bounded.
+// Search for nearby points by a grid of cubes. A cube stores a limited number of points, so that the work is bounded
+// for any input.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,8 @@ namespace tandem::server {
 
 class AtomGrid {
  public:
-  /// In      cube_angstrom  edge of a cube: at least 0.5, and at least the largest distance of a search
+  /// In      cube_angstrom  edge of a cube: at least 0.5, and at least the largest distance of a search, because
+  ///                        visit_near() visits only adjacent cubes
   AtomGrid(double cube_angstrom, const std::vector<Vec3>& positions) : cube_(cube_angstrom) {
     for (std::size_t i = 0; i < positions.size(); ++i) {
       std::vector<std::uint32_t>& cell = cells_[key(cell_of(positions[i]))];

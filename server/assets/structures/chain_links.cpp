@@ -28,8 +28,8 @@ BondSites sites_of(const std::vector<PdbResidue>& residues, std::string_view nam
   return sites;
 }
 
-/// Links each atom of `sources` to the nearest atom of `targets` within a bond length and in another residue. A target
-/// is used at most once.
+/// Adds a link from each atom of `sources` to the nearest atom of `targets` that is in another residue and within a
+/// bond length. Each target is linked at most once.
 void link_nearest(const BondSites& sources, const BondSites& targets, std::vector<ChainLink>& links) {
   const AtomGrid grid(kMaxLinkAngstrom, targets.positions);
   for (std::size_t s = 0; s < sources.residues.size(); ++s) {
@@ -57,8 +57,8 @@ int number_of(const PdbResidue& residue) {
   return number;
 }
 
-/// Returns whether two residues belong to one chain. A TER record between them may end the chain or mark a gap. At a
-/// gap the residue numbers continue, with some numbers missing.
+/// Returns whether two residues belong to one chain. If a TER record separates them, it marks either the end of a chain
+/// or a gap in it. A gap is assumed if the residue numbers continue, with some numbers missing.
 bool is_same_chain(const PdbResidue& earlier, const PdbResidue& later) {
   if (earlier.chain != later.chain || find_atom(earlier, "OXT") != nullptr) return false;
   return earlier.segment == later.segment || number_of(later) > number_of(earlier) + 1;

@@ -23,11 +23,11 @@ struct ChainLink {
   ChainEnd ends = ChainEnd::kEnd;
 };
 
-/// Returns the links of each residue, in file order. A residue that lacks the atoms of a chain bond is linked to the
-/// next residue of its chain. Such residues occur in damaged files and in files of alpha carbons.
+/// Returns the links of each residue, in file order. A residue without the atoms of a chain bond (N, C, P or O3') is
+/// linked to the next residue of its chain. Such residues occur in damaged files, and in files with alpha carbons only.
 ///
-/// Model   Bonds are C-N and O3'-P pairs up to 2.0 Å apart. The bond lengths are 1.33 and 1.61 Å; unbonded pairs of
-///         these atoms are at least 2.5 Å apart
+/// Model   A bond is a pair C-N or O3'-P with a distance of at most 2.0 Å. Actual bond lengths are 1.33 and 1.61 Å, and
+///         unbonded pairs of these atoms are at least 2.5 Å apart
 std::vector<ChainLink> chain_links(const std::vector<PdbResidue>& residues);
 
 /// Returns the atom of that name; null if the residue has none.

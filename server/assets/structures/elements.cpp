@@ -56,7 +56,8 @@ constexpr std::array kStandardResidues = std::to_array<std::string_view>(
      "LYSH", "LYSN", "MET",  "MSE",  "PHE",  "PRO", "SER", "THR",  "TRP", "TYR",  "U",   "VAL",  "WAT"});
 static_assert(std::ranges::is_sorted(kStandardResidues));
 
-/// Element symbols with which no usual atom name of a different element begins.
+/// Element symbols that can be recognised in atom names: no usual atom name of a different element begins with one of
+/// them.
 constexpr std::array kPlainSymbols = std::to_array<std::string_view>({"BR", "CL", "FE", "MG", "MN", "SE", "SI", "ZN"});
 
 bool is_upper(char c) {
@@ -84,7 +85,7 @@ std::string known_or_x(std::string_view symbol) {
   return find_element(symbol) != nullptr ? std::string(symbol) : "X";
 }
 
-/// Returns the element that the columns of a PDB atom name determine; empty if they do not.
+/// Returns the element that the columns of a PDB atom name determine; empty if they do not determine it.
 std::string by_columns(std::string_view name) {
   constexpr std::size_t kColumns = 4;
   if (name.size() != kColumns) return {};
@@ -94,7 +95,8 @@ std::string by_columns(std::string_view name) {
   return find_element(name.substr(0, 2)) != nullptr ? std::string(name.substr(0, 2)) : std::string();
 }
 
-/// Returns true for "CA" of residue "CA" and "ZN" of "ZN2"; false for "CA" of "CAP".
+/// Returns whether an atom is a lone ion, whose residue has the name of the atom, possibly followed by digits.
+/// Examples: "CA" of residue "CA" and "ZN" of "ZN2", but not "CA" of "CAP".
 bool is_lone_ion(std::string_view name, std::string_view residue) {
   return name.size() == 2 && residue.starts_with(name) && find_element(name) != nullptr &&
          std::ranges::none_of(residue.substr(2), is_upper);

@@ -19,9 +19,9 @@ struct ChemicalElement {
 
 /// Returns the element with this symbol (upper case, hydrogen to lawrencium); null for any other text.
 ///
-/// Source  masses: IUPAC, standard atomic weights 2021; for radioactive elements the mass number. Lennard-Jones
-///         parameters: UFF, Rappé, Casewit, Colwell, Goddard, Skiff, JACS 114 (1992) 10024, first atom type of each
-///         element
+/// Source  masses: IUPAC, standard atomic weights 2021; for a radioactive element its mass number. Lennard-Jones
+///         parameters: UFF, Rappé, Casewit, Colwell, Goddard, Skiff, JACS 114 (1992) 10024; those of the first atom
+///         type of each element
 const ChemicalElement* find_element(std::string_view symbol);
 
 std::span<const ChemicalElement> periodic_table();
@@ -35,8 +35,9 @@ struct ElementClues {
 
 /// Returns the symbol in upper case; "X" if no element is found. Deuterium and tritium count as hydrogen.
 ///
-/// In standard residues (is_standard_residue()) the first letter of the name decides, because their elements have one
-/// letter. The exception is selenium in MSE. In other residues the first applicable rule decides:
+/// In a standard residue (is_standard_residue()) the first letter of the atom name is the symbol, because all elements
+///    of such residues have one letter. The exception is selenium in MSE. In other residues the first applicable rule
+///    decides:
 ///   1. If atom and residue have the same name, the atom is a lone ion, and the name is the symbol.
 ///   2. If the file states an element, it is used.
 ///   3. In a PDB file, the columns of the name may determine the element, because the symbol ends in the second column.

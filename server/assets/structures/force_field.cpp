@@ -106,7 +106,8 @@ class ParameterFile {
   bool skipping_ = false;
 };
 
-/// Returns true if the σ of two types is combined by the arithmetic mean, false for the geometric mean.
+/// Reads how the σ of a pair of atom types is combined. Returns true for the arithmetic mean, false for the geometric
+/// mean.
 bool read_combination_rule(const fs::path& path) {
   ParameterFile file(path);
   Words words;
@@ -117,7 +118,8 @@ bool read_combination_rule(const fs::path& path) {
             quoted_text(words.size() > 1 ? words[1] : std::string_view()));
 }
 
-/// Reads the atom types. Columns are counted from the right, because the column of the atomic number is optional.
+/// Reads the atom types. Columns are counted from the right end of a line, because the column of the atomic number may
+/// be missing.
 void read_types(const fs::path& path, ForceField& force_field) {
   ParameterFile file(path);
   Words words;
@@ -173,9 +175,9 @@ HydrogenRule read_rule(const ParameterFile& file, const Words& words) {
   return rule;
 }
 
-/// Reads the hydrogen rules of all residues. A line such as "ALA 3" names a residue, and its rules follow; the number
-/// is ignored. AMBER's files contain rules for the oxygens of a C terminus. These rules are skipped, because the
-/// oxygens are in the structure.
+/// Reads the hydrogen rules of all residues. A line such as "ALA 3" begins the rules of a residue; its number is
+/// ignored. AMBER's files also have rules that add the oxygens of a C terminus. These rules are skipped, because
+/// structure files contain the oxygens.
 void read_hydrogens(const fs::path& path, ForceField& force_field) {
   ParameterFile file(path);
   Words words;
@@ -193,7 +195,8 @@ void read_hydrogens(const fs::path& path, ForceField& force_field) {
   }
 }
 
-/// Reads an added atom. "H" with a count of 3 adds H1, H2 and H3; with a count of 1 it adds H.
+/// Reads the entry of an atom that is added at a chain end. An entry "H" with a count of 3 adds H1, H2 and H3; with a
+/// count of 1 it adds H.
 void read_addition(ParameterFile& file, const Words& header, TerminusEdit& edit) {
   if (header.size() < 3) file.fail("an added atom needs count, rule and name");
   const int count = static_cast<int>(file.number(header[0]));
@@ -209,8 +212,8 @@ void read_addition(ParameterFile& file, const Words& header, TerminusEdit& edit)
   }
 }
 
-/// Reads a line "old [new] type mass charge". The new name is ignored: it is used within GROMACS and does not occur in
-/// structure files.
+/// Reads a line "old [new] type mass charge". The new name is ignored, because only GROMACS uses it: structure files
+/// contain the old name.
 void read_replacement(const ParameterFile& file, const Words& words, TerminusEdit& edit) {
   if (words.size() < 4) file.fail("a replaced atom needs name, type, mass and charge");
   edit.replaced.push_back(
@@ -242,8 +245,8 @@ std::map<std::string, TerminusEdit, std::less<>> read_termini(const fs::path& pa
   return termini;
 }
 
-/// Removes oxygens with GROMACS's names (O1, O2, OT) from the edits of C termini. These are the atoms O and OXT under
-/// other names, which the structure contains already.
+/// Removes the oxygens O1, O2 and OT from the edits of C termini. In GROMACS these are new names of the atoms O and
+/// OXT, which structure files already contain.
 void drop_renamed_additions(std::map<std::string, TerminusEdit, std::less<>>& c_termini) {
   for (auto& [name, edit] : c_termini) {
     std::erase_if(edit.added, [](const BlockAtom& atom) { return atom.name.starts_with('O'); });

@@ -20,8 +20,8 @@ inline constexpr const char* kOplsDirectory = "/usr/share/gromacs/top/oplsaa.ff"
 /// Name of the built-in parameters by element, which need no folder.
 inline constexpr const char* kBuiltInForceField = "built-in";
 
-/// Name of OPLS-AA. It is the only supported force field with united atoms, and the only one whose own atom types
-/// substitute for missing elements.
+/// Name of OPLS-AA. Two features are supported for this force field only: united atoms, and the use of its own atom
+/// types as substitutes for missing elements.
 inline constexpr std::string_view kOplsName = "oplsaa";
 inline constexpr std::string_view kElementPrefix = "element ";
 
@@ -31,7 +31,7 @@ struct AtomType {
   double epsilon_kj_per_mol = 0;
 };
 
-/// One atom of a block. The charge depends on the block, not on the type.
+/// One atom of a block. The same atom type may have different charges in different blocks.
 struct BlockAtom {
   std::string name;
   std::string type;
@@ -43,8 +43,8 @@ struct HydrogenRule {
   int count = 0;
   int kind = 0;      ///< kind of geometry, see hydrogen_geometry.hpp
   std::string name;  ///< name of a single hydrogen; several are numbered: HB1, HB2
-  /// The atom that carries the hydrogens, followed by atoms that define directions. A name such as "-C" means an atom
-  /// of the previous residue.
+  /// Names of the atoms that determine the positions: the atom that carries the hydrogens, then atoms that define
+  /// directions. "-C" means the atom C of the previous residue.
   std::vector<std::string> anchors;
 
   std::string hydrogen(int i) const { return count == 1 ? name : name + std::to_string(i + 1); }
@@ -60,7 +60,7 @@ struct ResidueBlock {
   bool is_nucleotide() const;  ///< whether it has C1' and O4' of a sugar
 };
 
-/// Names of the blocks that replace a block at a chain end; empty if none does.
+/// Names of the blocks that replace a residue's block at a chain end. A name is empty if there is no special block.
 struct EndBlocks {
   std::string first;  ///< block for the N terminus, or the 5' end
   std::string last;   ///< block for the C terminus, or the 3' end
@@ -69,8 +69,9 @@ struct EndBlocks {
 
 /// Changes to a residue's block at a chain end.
 struct TerminusEdit {
-  std::vector<BlockAtom> replaced;  ///< new entries for atoms with these names; "OXT" is added if it is missing
-  std::vector<BlockAtom> added;     ///< atoms to add, e.g. H1, H2, H3
+  /// New entries for the atoms with these names; an entry for "OXT" is added if the block lacks this atom.
+  std::vector<BlockAtom> replaced;
+  std::vector<BlockAtom> added;  ///< atoms to add, e.g. H1, H2, H3
   std::vector<std::string> deleted;
   std::vector<HydrogenRule> hydrogens;
 };
@@ -93,12 +94,12 @@ struct ForceField {
   std::map<std::string, std::string, std::less<>> block_of_residue;
   std::map<std::string, EndBlocks, std::less<>> end_blocks;  ///< blocks at chain ends, e.g. NALA and CALA for ALA
   std::vector<AtomAlias> aliases;
-  /// Aliases for the atom names in blocks of this force field. Their `residue` is the name of a block, a kind (as in
-  /// ResidueBlock::kind), or "*".
+  /// Names by which structure files call atoms of this force field's blocks. Here `residue` is the name of a block, a
+  /// kind (as in ResidueBlock::kind), or "*" for every block.
   std::vector<AtomAlias> block_aliases;
   bool mixes_arithmetically = false;  ///< whether σ is combined by the arithmetic mean (docking::Molecule)
-  /// true: the atom types are elements, and "HP" for a hydrogen that is not bonded to carbon. The blocks then contain
-  /// only the names of residues.
+  /// true: an atom type is the name of an element, or "HP" for a hydrogen that is not bonded to carbon. The blocks then
+  /// contain only names of residues.
   bool is_by_element = false;
 
   const ResidueBlock* block(std::string_view name) const;
@@ -115,17 +116,19 @@ struct ForceField {
 ///         elements: elements.hpp
 ForceField built_in_force_field();
 
-/// Reads a force field:
-/// * from its folder: forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb and .r2b;
-/// * if present: aminoacids.arn, and the .rtp, .hdb, .r2b and .arn of dna and rna;
-/// * from the folder or its parent: xlateat.dat.
+/// Reads a force field from these files:
+/// * in its folder: forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb and .r2b;
+/// * in its folder, if present: aminoacids.arn, and dna and rna with .rtp, .hdb, .r2b and .arn;
+/// * in its folder or the parent folder: xlateat.dat.
 ///
 /// A name such as "amber99sb" means the folder of that name in gromacs-data. "built-in" means built_in_force_field().
 /// Types "element C" … are added as substitutes for missing entries.
 ///
-/// Fails   MoleculeError: the folder or a file is missing (names the Debian package); a line cannot be read (names it);
-///         the combination rule is neither 2 (arithmetic) nor 3 (geometric); there are parameters for single pairs of
-///         types
+/// Fails   MoleculeError in these cases:
+///         * The folder or a file is missing; the message names the Debian package.
+///         * A line cannot be read; the message names the line.
+///         * The combination rule is neither 2 (arithmetic) nor 3 (geometric).
+///         * The files have parameters for single pairs of atom types.
 /// Cost    about 5 ms
 ForceField load_force_field(const std::filesystem::path& directory_or_name);
 

@@ -13,9 +13,9 @@ struct HistidineChoice {
   std::string reason;  ///< reason for the user: "ND1 is 2.8 Å from OD1 of ASP 102"
 };
 
-/// Chooses the neutral tautomer of each histidine in `residues`. The hydrogen is put on the nitrogen with the better
-/// acceptor in the direction of the N-H bond. It is not put on a nitrogen near a metal or a donor. Without such
-/// neighbours the choice is HISE, the usual tautomer in water.
+/// Chooses the neutral tautomer of each histidine in `residues`, i.e. the nitrogen of its ring that carries the
+/// hydrogen. It is the nitrogen with the better acceptor in the direction of the N-H bond, but never one near a metal
+/// or a donor. Without such neighbours the choice is HISE, the usual tautomer in water.
 ///
 /// Model   Neighbours that affect the choice:
 ///         * Acceptors: oxygens of backbone, carboxylates, amides and phosphates, up to 3.5 Å from the nitrogen and
@@ -26,7 +26,7 @@ struct HistidineChoice {
 ///
 ///         The weight of an acceptor or donor falls from 1 at 2.5 Å to 0 at 3.5 Å. A metal outweighs all other
 ///         neighbours
-/// In      others  other groups of the file: ions, nucleic acids
+/// In      others  residues of the file outside of chains, such as ions, whose atoms are neighbours as well
 std::vector<HistidineChoice> choose_histidines(const std::vector<PdbResidue>& residues,
                                                const std::vector<PdbResidue>& others);
 

@@ -11,11 +11,12 @@ namespace {
 constexpr double kBondAngstrom = 1.0;
 constexpr double kTetrahedral = 109.47122063449069 * std::numbers::pi / 180;
 constexpr double kThird = 2 * std::numbers::pi / 3;
-/// Longest distance that counts as a bond between two atoms of a rule. If atoms of two residues are farther apart, the
-/// residues are not consecutive.
+/// Longest distance between two atoms of a rule that counts as a bond. A longer distance between atoms of two residues
+/// means that residues between them are missing.
 constexpr double kMaxBondAngstrom = 2.5;
 
-/// Returns a position bonded to i, at an angle to i-j and at a dihedral angle about i-j relative to k.
+/// Returns the position of an atom that is bonded to i. `angle` is the angle between this bond and i-j, and `dihedral`
+/// is the dihedral angle about i-j relative to k.
 Vec3 placed(const Vec3& i, const Vec3& j, const Vec3& k, double angle, double dihedral) {
   const Vec3 axis = (j - i).normalized();
   const Vec3 normal = axis.cross(k - j).normalized();
@@ -30,8 +31,8 @@ Vec3 away_from_mean(const std::vector<Vec3>& p) {
   return p[0] - mean / static_cast<double>(p.size() - 1);
 }
 
-/// Returns the hydrogens of a rule, whose atoms are at p. The result is empty if the kind of the rule does not occur in
-/// proteins, or if the atoms are collinear and define no plane.
+/// Returns the hydrogens of a rule for anchor atoms at the positions p. The result is empty if the kind of the rule
+/// does not occur in proteins, or if the anchor atoms are collinear and define no plane.
 std::vector<Vec3> geometry(const HydrogenRule& rule, const std::vector<Vec3>& p) {
   constexpr double kMinSquareAngstrom2 = 0.01;
   std::vector<Vec3> made;
@@ -74,8 +75,8 @@ std::optional<std::vector<Vec3>> anchors_of(const HydrogenRule& rule, const Atom
   return found;
 }
 
-/// Returns a heavy atom of the residue that is bonded to the rule's first atom, other than the rule's second atom;
-/// nothing if there is none.
+/// Returns a heavy atom of the residue that is bonded to the carrier (the rule's first atom) but is not the rule's
+/// second atom; nothing if there is none.
 std::optional<Vec3> other_neighbour(const HydrogenRule& rule, const AtomPlaces& own) {
   constexpr double kMaxNeighbourAngstrom = 1.8;
   if (rule.anchors.size() < 2) return std::nullopt;

@@ -24,8 +24,8 @@ using AtomPlaces = std::map<std::string, Vec3, std::less<>>;
 ///         * 2 and 4: hydrogens at 109.5° to i-j, the first of them trans to k
 ///         * 3: two hydrogens at 120° to i-j, in the plane of i, j and k
 ///         * 6: two hydrogens, 109.5° apart, in the plane that bisects j-i-k
-///         * 4 with two hydrogens, if i has another neighbour, such as proline's N at the start of a chain: as kind 6,
-///           because kind 4 would place a hydrogen on that neighbour
+///         * 4 with two hydrogens, if i has another neighbour besides j: as kind 6. Kind 4 would place a hydrogen on
+///           that neighbour. Example: proline's N at the start of a chain
 /// Source  GROMACS 2022 reference manual, "Hydrogen database"
 /// In      before  atoms of the previous residue, for rules with "-C"; null if there is none
 std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& own, const AtomPlaces* before);
@@ -34,8 +34,10 @@ std::vector<Vec3> hydrogen_places(const HydrogenRule& rule, const AtomPlaces& ow
 /// an atom of a ring cannot.
 bool turns(const HydrogenRule& rule, const AtomPlaces& own);
 
-/// Returns the position of the missing carbon before a residue that begins after a gap, by the usual angles of a chain.
-/// The position is needed to place the hydrogen on N. Returns nothing if N, CA or C is missing.
+/// Returns a position for the missing atom C of the previous residue, by the usual angles of a chain. It is needed to
+/// place the hydrogen on N of a residue that begins after a gap. Returns nothing if N, CA or C of this residue is
+/// missing.
+/// In      own  atoms of the residue after the gap
 std::optional<Vec3> carbon_before_gap(const AtomPlaces& own);
 
 }  // namespace tandem::server

@@ -21,19 +21,19 @@ namespace {
 
 constexpr std::size_t kNoAtom = std::numeric_limits<std::size_t>::max();
 constexpr double kDegree = std::numbers::pi / 180;
-/// Limit of the ratio of an atom distance to its contact distance. A group with a smaller ratio is moved. The limit is
-/// slightly larger than that of a clash, so that no moved group ends just below the limit of a clash.
+/// A group is moved if an atom distance, divided by the contact distance, is below this value. The value is slightly
+/// larger than the limit of a reported clash, so that no moved group ends just below that limit.
 constexpr double kMovedShare = 0.72;
 constexpr double kOverlapAngstrom = 1.0;
 constexpr double kGivenHydrogenBondAngstrom = 1.5;  // largest distance of a hydrogen in the file from its heavy atom
 constexpr double kMaxCovalentBondAngstrom = 2.6;
-/// Distances from the carrier (the heavy atom of a group) up to which atoms are considered. First: heavy atoms. Second:
-/// carriers of other hydrogens.
+/// Distances from the carrier (the heavy atom to which a group's hydrogens are bonded) up to which other atoms are
+/// considered: kReachAngstrom for heavy atoms, and kReachOfCarriersAngstrom for the carriers of other hydrogens.
 constexpr double kReachAngstrom = 4.6, kReachOfCarriersAngstrom = 5.6;
 constexpr std::size_t kMaxGroups = 5000;
 constexpr int kMaxRounds = 40;
-/// Limit of the number of evaluated pair energies, which take about 2 s. A structure of 44,000 atoms (4JSV) needs 31
-/// million. Without the limit, files with overlapping atoms (damaged or hostile) could need any number.
+/// Limit of the number of pair energies; their evaluation takes about 2 s. A structure of 44,000 atoms (4JSV) needs 31
+/// million. A damaged or hostile file with overlapping atoms could otherwise need any number.
 constexpr std::size_t kMaxPairs = 50'000'000;
 /// Displacements below which a search ends, far below the resolution of coordinates in files.
 constexpr double kMinTurn_rad = 1e-7, kMinBend_angstrom = 1e-7;
@@ -65,7 +65,7 @@ struct RelaxedGroup {
   std::vector<std::size_t> atoms;
   std::vector<PdbAtom*> targets;  ///< parallel to `atoms`: atoms that finally receive the positions
   std::size_t carrier = kNoAtom;
-  std::vector<std::size_t> near;  ///< atoms more than three bonds away that the group's hydrogens may approach
+  std::vector<std::size_t> near;  ///< atoms more than three bonds away that may come near the group's hydrogens
   std::vector<Vec3> built_places;
   double turn_rad = 0;
   double periods = 3, barrier = kBarrier;
@@ -187,7 +187,7 @@ class Relaxation {
     return all;
   }
 
-  /// Links heavy atoms by distance, and links each hydrogen of the file to the nearest heavy atom.
+  /// Finds the bonds between heavy atoms by distance. Bonds each hydrogen of the file to the nearest heavy atom.
   void link_atoms() {
     const AtomGrid grid(kMaxCovalentBondAngstrom, positions());
     for (std::size_t i = 0; i < atoms_.size(); ++i) {
@@ -237,7 +237,8 @@ class Relaxation {
     }
   }
 
-  /// Selects the rotation barrier by the atom at the other end of the axis, which is planar if it has three neighbours.
+  /// Selects the rotation barrier of a group. It depends on the atom at the other end of the rotation axis, which is
+  /// planar if it has three neighbours.
   void choose_barrier(RelaxedGroup& group, const RelaxedAtom& carrier) {
     if (group.atoms.size() == 1) group.barrier = kHydroxylBarrier;
     for (const std::size_t i : carrier.bonds) {
@@ -293,8 +294,9 @@ class Relaxation {
     return found;
   }
 
-  /// Sorts the groups by decreasing energy. Of two groups that clash with each other, the group nearer to the centre of
-  /// all atoms comes first. Neither criterion depends on the order or the frame of the file.
+  /// Sorts the groups by decreasing energy. Groups with equal energy, such as two that clash with each other, are
+  /// sorted by their distance from the centre of all atoms. The order thus depends neither on the order of atoms in the
+  /// file nor on its frame.
   void sort_by_energy(std::vector<RelaxedGroup*>& groups) const {
     Vec3 middle = Vec3::Zero();
     for (const RelaxedAtom& atom : atoms_) middle += atom.p / static_cast<double>(atoms_.size());
@@ -310,8 +312,8 @@ class Relaxation {
     return energy;
   }
 
-  /// Rotates the group to the best angle in steps of 5°, and from there to the nearest minimum. Returns whether the
-  /// group moved.
+  /// Rotates the group: finds the best angle in steps of 5°, and then the energy minimum near it. Returns whether the
+  /// group has moved.
   bool turn(RelaxedGroup& group) {
     constexpr double kStep = 5 * kDegree;
     double best = group.turn_rad, least = energy_turned(group, best);
@@ -340,8 +342,8 @@ class Relaxation {
     return energy_at(group, n, place) + kBendPerAngstrom2 * (place - group.turned(n, group.turn_rad)).squaredNorm();
   }
 
-  /// Moves each hydrogen down the gradient, on the sphere around its carrier, while the energy decreases. Returns
-  /// whether a hydrogen has moved.
+  /// Moves each hydrogen along the negative energy gradient, on the sphere around its carrier, as long as the energy
+  /// decreases. Returns whether a hydrogen has moved.
   bool bend(RelaxedGroup& group) {
     constexpr double kDifference = 1e-4, kFirstStep = 0.08;
     double farthest = 0;

@@ -48,8 +48,8 @@ BuiltGroup group_of(const HydrogenRule& rule, const AtomPlaces& own) {
   return group;
 }
 
-/// Adds the hydrogens of all rules. A rule whose hydrogens are all present is skipped. Returns the added groups; the
-/// caller sets their residue index.
+/// Adds the hydrogens of all rules of a residue, except rules whose hydrogens are all present. Returns the added
+/// groups, in which the caller must set the residue index.
 std::vector<BuiltGroup> add_hydrogens(PdbResidue& residue, const TypedResidue& typed, const AtomPlaces& own,
                                       const AtomPlaces* before) {
   std::vector<BuiltGroup> groups;
@@ -71,7 +71,8 @@ std::vector<BuiltGroup> add_hydrogens(PdbResidue& residue, const TypedResidue& t
       made.push_back(std::move(atom));
     }
   }
-  // All hydrogens of an incomplete group are built again, because their positions depend on each other.
+  // If some hydrogens of a group are missing, all hydrogens of the group are built again, because their positions
+  // depend on each other.
   std::vector<PdbAtom> kept;
   for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
     if (!removed.contains(typed.names[i])) kept.push_back(std::move(residue.atoms[i]));

@@ -29,8 +29,8 @@ std::string chain_name(const std::string& chain) {
   return chain.empty() ? "(blank)" : chain;
 }
 
-/// Joins the first eight entries, and appends the number of the rest. Entries contain names of the file, so they are
-/// made printable.
+/// Returns a list of the first eight entries and the number of further entries. The entries contain names from the
+/// file, so they are made printable.
 template <class Entries, class Text>
 std::string joined(const Entries& entries, const Text& text) {
   std::string list;
@@ -46,7 +46,7 @@ std::string joined(const std::set<std::string>& names) {
   return joined(names, [](const std::string& name) { return printable_text(name); });
 }
 
-/// Residues with one name that are not amino acids and are not loaded.
+/// Number of residues and atoms that are not loaded, for residues of one name that are not amino acids.
 struct LeftOut {
   std::size_t residues = 0;
   std::size_t atoms = 0;
@@ -98,7 +98,8 @@ void check_selection(const std::vector<PdbResidue>& in_chains, const std::vector
   }
 }
 
-/// Returns the selected residues. The unselected residues of the selected chains are counted by name, for a note.
+/// Returns the selected residues among `others`. Residues of the selected chains that are not selected themselves are
+/// counted by name in `left_out`, for a note.
 std::vector<PdbResidue> pick_selected(const std::vector<PdbResidue>& others, const StructureSelection& selection,
                                       LeftOutByName& left_out, std::vector<std::string>& dropped) {
   std::vector<PdbResidue> taken;
@@ -131,8 +132,8 @@ class Loader {
   }
 
   /// Adds a residue that belongs to no chain. Water and ions get the types and charges of their blocks (force-field
-  /// entries) if all atoms are present. Without this condition, a water without hydrogens would keep the charge of the
-  /// oxygen alone. All other residues get parameters by element.
+  /// entries) if all of their atoms are present. A water without hydrogens would otherwise have the negative charge of
+  /// its oxygen. All other residues get parameters by element.
   void add_other(const PdbResidue& residue) {
     if (!force_field_.is_by_element && has_block(force_field_, residue.name)) {
       const TypedResidue typed = type_residue(force_field_, residue, {});
@@ -160,7 +161,8 @@ class Loader {
     }
   }
 
-  /// Adds a residue that the force field lacks. Its charge is unknown, and it has only the hydrogens of the file.
+  /// Adds a residue without an entry in the force field. Its charge is unknown, and no hydrogens are added to those in
+  /// the file.
   void add_unknown(const PdbResidue& residue, const TypedResidue& typed) {
     add(residue, typed);
     if (has_own_charges(residue)) return;
@@ -210,7 +212,7 @@ class Loader {
     if (structure.has_more_models) note("all models of the file but the first left out");
   }
 
-  /// Changes the charge of a residue with an incomplete side chain to a whole number.
+  /// Corrects the charge of a residue with an incomplete side chain to the nearest whole number.
   void complete_charge(const PdbResidue& residue, TypedResidue& typed) {
     const std::optional<double> charge_e = make_whole(residue, typed);
     if (!charge_e || !typed.expected_charge_e) return;
@@ -245,7 +247,7 @@ class Loader {
   void write_charge_notes() {
     report_.charge = net_charge(molecule_, implied_);
     const auto plain = [](const std::string& text) { return text; };
-    // If the hydrogens are missing, the charges of residues are not whole, and a warning would be useless.
+    // Without the hydrogens, the charges of residues are not whole numbers, so a warning about them would be useless.
     const bool has_hydrogens = 2 * missing_hydrogens_ <= expected_hydrogens_;
     note("net charge " + charge_text(report_.charge) + (has_hydrogens ? "" : "; hydrogens are missing"));
     if (has_hydrogens && !report_.charge.suspects.empty()) {
@@ -340,13 +342,14 @@ void check_places(const std::vector<Vec3>& positions, const std::vector<std::str
   }
 }
 
-/// Moves built hydrogens that overlap other atoms; the structures in `beside` are included.
+/// Moves built hydrogens of a structure that overlap other atoms. The structures in `beside` are loaded as well,
+/// because the hydrogens must also avoid their atoms.
 RelaxedHydrogens relax(PreparedStructure& prepared, const ForceField& force_field,
                        const std::filesystem::path& structure, std::span<const StructureSource> beside) {
   if (prepared.groups.empty()) return {};
   std::vector<PreparedStructure> neighbours;
   for (const StructureSource& source : beside) {
-    // A source with the same file is skipped, because all chains of that file are included already.
+    // A structure from the same file is skipped, because `prepared` already contains all chains of that file.
     std::error_code error;
     if (std::filesystem::equivalent(source.file, structure, error) || error) continue;
     PreparedStructure& neighbour = neighbours.emplace_back(read_residues(source.file, force_field));

@@ -18,8 +18,6 @@ namespace {
 constexpr double kWhole_e = 0.02;
 constexpr double kWholeResidue_e = 0.005;
 
-/// Formal charges of common ions, cofactors and modified residues by residue name [e].
-///
 /// Formal charges of ions, cofactors, nucleotides and modified residues, by residue name [e].
 /// Source  formal charges of the components in wwPDB's Chemical Component Dictionary; phosphates and carboxylates have
 ///         their charges at pH 7

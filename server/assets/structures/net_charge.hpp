@@ -1,4 +1,5 @@
-// Sums of charges. Since the charge of a molecule is a whole number, the sums reveal most errors of a structure.
+// Sums of the charges of a molecule. A sum that is not a whole number reveals an error of the structure, such as
+// missing atoms.
 #pragma once
 
 #include <optional>
@@ -19,8 +20,8 @@ struct NetCharge {
   double total_e = 0;
   std::vector<ChainCharge> chains;             ///< charges of the chains, in file order
   std::vector<std::string> fractional_chains;  ///< chains whose sum is not a whole number: "A (+2.38 e)"
-  /// Residues whose charge differs from that of their block (force-field entry). Chains with a fractional sum
-  /// contribute residues with a fractional charge in addition.
+  /// Residues whose charge differs from that of their block (force-field entry). In a chain whose sum is not a whole
+  /// number, also residues whose charge is not a whole number.
   std::vector<std::string> suspects;
 
   bool is_whole() const { return fractional_chains.empty(); }
@@ -32,8 +33,6 @@ struct ImpliedCharge {
   double charge_e = 0;
 };
 
-/// Sums the charges of a molecule and of its chains.
-///
 /// Returns the sums of the charges of a molecule and of its chains, and the residues that cause a fractional sum.
 ///
 /// Model   A sum within 0.02 e of a whole number counts as whole, because files and force fields give charges with
@@ -47,8 +46,9 @@ std::string signed_charge(double charge_e);
 /// Formats all sums, e.g. "+3 e (A +4, B -1)".
 std::string charge_text(const NetCharge& charge);
 
-/// Returns the charge of a group that the force field lacks. It is the sum of the formal charges in the file. If the
-/// file has none, it is the charge of a common ion, cofactor or modified residue of that name; nothing for other names.
+/// Returns the charge of a group that the force field lacks: the sum of the formal charges in the file. If the file has
+/// none, returns the charge of the common ion, cofactor or modified residue with the name of the group; nothing for
+/// other names.
 std::optional<int> formal_charge_of(const PdbResidue& residue);
 
 }  // namespace tandem::server

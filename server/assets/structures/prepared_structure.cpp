@@ -34,7 +34,7 @@ void append(std::vector<BuiltGroup>& groups, std::vector<BuiltGroup> more) {
   for (BuiltGroup& group : more) groups.push_back(std::move(group));
 }
 
-/// Removes hydrogens that do not fit the block (force-field entry) of their residue, and builds the missing ones.
+/// Replaces hydrogens that do not fit the block (force-field entry) of their residue by those that the block expects.
 void rebuild_misfits(const ForceField& force_field, PreparedStructure& structure) {
   for (std::size_t r = 0; r < structure.chains.size(); ++r) {
     PdbResidue& residue = structure.chains[r];
@@ -51,7 +51,8 @@ void rebuild_misfits(const ForceField& force_field, PreparedStructure& structure
   }
 }
 
-/// Refuses structures of alpha carbons or phosphorus atoms alone, because their molecular field would be meaningless.
+/// Refuses a structure that has only the alpha carbon or the phosphorus of each residue. Its molecular field would be
+/// meaningless.
 void refuse_traces(const std::vector<PdbResidue>& chains, const std::string& source) {
   constexpr std::size_t kFewResidues = 4;
   const auto is_one_atom = [](const PdbResidue& residue) {
@@ -78,8 +79,8 @@ void check_hydrogens(const ForceField& force_field, Hydrogens hydrogens, const s
   }
 }
 
-/// Gives the nucleotides of files from before 2007 their current names: O5' for O5*, and DA for an A without the
-/// hydroxyl of C2'.
+/// Renames the atoms and residues of nucleotides in files from before 2007 to their current names: O5* becomes O5', and
+/// A without the hydroxyl of C2' becomes DA.
 void modernise_nucleotide(PdbResidue& residue) {
   if (find_atom(residue, "C1*") != nullptr) {
     for (PdbAtom& atom : residue.atoms) std::ranges::replace(atom.name, '*', '\'');
@@ -89,8 +90,8 @@ void modernise_nucleotide(PdbResidue& residue) {
   if (is_deoxyribose) residue.name = "D" + residue.name;
 }
 
-/// Replaces Hydrogens::kAsNeeded by a definite choice. It is kGiven, unless the chosen chains have no hydrogens and the
-/// force field has rules for them.
+/// Replaces Hydrogens::kAsNeeded by a definite choice. It is kBuild if the chosen chains have no hydrogens and the
+/// force field has rules for them; otherwise kGiven.
 Hydrogens needed_hydrogens(const PreparedStructure& structure, const ForceField& force_field,
                            const StructureSelection& selection) {
   if (force_field.is_by_element) return Hydrogens::kGiven;

@@ -1,5 +1,5 @@
-// Residues of a structure file, together with the atoms that the rules of a force field add. Together they contain all
-// atoms of the molecule. A block is the force field's entry for a residue.
+// Residues of a structure file, including the atoms that are added by the rules of a force field: all atoms from which
+// a molecule is made. A block is the force field's entry for a residue.
 #pragma once
 
 #include <cstddef>
@@ -24,16 +24,16 @@ struct PreparedStructure {
   std::vector<BuiltGroup> groups;           ///< groups of the built hydrogens
   std::vector<std::string> rebuilt;         ///< residues of the file whose hydrogens were replaced; text for the user
   std::vector<std::size_t> ended;           ///< indices in `chains` of residues to which OXT was added at a chain end
-  PdbStructure read;                        ///< the omissions of the reader, without residues
+  PdbStructure read;  ///< omissions that the reader has reported; its residues have been moved to `chains` and `others`
 };
 
-/// Reads a file and sorts its residues, without adding atoms. Nucleotides of files from before 2007 get their current
-/// names: O5' for O5*, and DA for an A without the hydroxyl of C2'.
+/// Reads a file and sorts its residues into `chains` and `others`, without adding atoms. Nucleotides of files from
+/// before 2007 get their current names: O5* becomes O5', and A without the hydroxyl of C2' becomes DA.
 /// Fails   MoleculeError: see read_structure()
 PreparedStructure read_residues(const std::filesystem::path& structure, const ForceField& force_field);
 
-/// Chooses the forms of histidines and chain ends, and builds missing hydrogens and end atoms. All chains are
-/// processed, selected or not, because disulfides and the hydrogens of a residue depend on neighbouring chains.
+/// Chooses the forms of histidines and chain ends, and builds missing hydrogens and end atoms. Chains that are not
+/// selected are processed as well, because they affect the disulfides and hydrogens of selected chains.
 ///
 /// Fails   MoleculeError, naming `source`: the file has alpha carbons only; the force field cannot build the requested
 ///         hydrogens; there are more cysteines than find_disulfides() allows

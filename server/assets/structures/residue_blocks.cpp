@@ -52,8 +52,8 @@ bool has(const Names& names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Returns the block that the residue name alone determines, without regard to protonation. "HIS" has no block of its
-/// own, so the block of HISE is returned.
+/// Returns the block for a residue name, without regard to protonation. "HIS" does not state the protonation, so it
+/// gets the block of HISE.
 const ResidueBlock* default_block(const ForceField& force_field, std::string_view residue_name) {
   const std::string_view canonical = canonical_residue(residue_name);
   return block_named(force_field, canonical == "HIS" ? "HISE" : canonical);
@@ -65,8 +65,8 @@ std::string digit_last(std::string_view name) {
   return std::string(name.substr(digits)) + std::string(name.substr(0, digits));
 }
 
-/// Returns whether an alias applies. Aliases for proteins do not apply to nucleotides, where O2 is an atom of a base
-/// and not of a chain end.
+/// Returns whether an alias applies to an atom of a residue. Aliases for proteins do not apply to nucleotides: there O2
+/// is an atom of a base, whereas in proteins it is an oxygen at a chain end.
 bool alias_applies(const AtomAlias& alias, std::string_view residue_name, const ResidueBlock& block,
                    const ResidueContext& context) {
   if (alias.residue.starts_with("protein") && block.is_nucleotide()) return false;
@@ -106,10 +106,10 @@ double hydrogen_bond_length_angstrom(std::string_view element) {
   return element == "O" ? 0.96 : 1.01;
 }
 
-/// Returns for each hydrogen the index of its heavy atom, or NamedAtoms::kNowhere if none is within a bond length; for
-/// other atoms their own index. The atom whose distance fits its bond length best is chosen, not the nearest atom,
-/// because a hydrogen may be too near to another atom. Example: pdb2gmx puts a hydrogen of a proline at the start of a
-/// chain 0.66 Å from CD.
+/// Returns for each hydrogen the index of the heavy atom that carries it, or NamedAtoms::kNowhere if no heavy atom is
+/// within a bond length. Returns for other atoms their own index. The carrier is the atom whose distance fits its bond
+/// length best. It need not be the nearest atom: at the start of a chain, pdb2gmx puts a hydrogen of proline's N at
+/// only 0.66 Å from CD.
 std::vector<std::size_t> carriers(const PdbResidue& residue) {
   constexpr double kMaxHydrogenBondAngstrom = 1.5;  // an S-H bond has 1.34 Å; the rest allows for inexact structures
   std::vector<std::size_t> found(residue.atoms.size());
@@ -140,8 +140,9 @@ void swap_names(Names& names, std::string_view a, std::string_view b) {
   }
 }
 
-/// Returns the block of a residue with a carboxyl group: `charged` or `neutral`. In the neutral block the hydrogen is
-/// on the second oxygen of the group. If the file has it on the first oxygen, the names of the two oxygens are swapped.
+/// Returns the block of a residue with a carboxyl group: `charged` or `neutral`. In the neutral block, the second
+/// oxygen of the group carries the hydrogen. If the first oxygen carries it in the file, the names of the oxygens are
+/// swapped.
 std::string_view acid_block(NamedAtoms& named, char position, std::string_view charged, std::string_view neutral) {
   const std::string first = std::string("O") + position + "1", second = std::string("O") + position + "2";
   if (named.hydrogens_on(second) > 0) return neutral;
@@ -170,8 +171,8 @@ std::string n_terminus(const NamedAtoms& named, const std::string& block, ChainE
   if (begins == ChainEnd::kBonded || (begins == ChainEnd::kGap && hydrogens < 2)) return {};
   if (block == "PGLU") return "NH";
   if (block == "PRO") return hydrogens == 1 ? "NH" : "NH2+";
-  // With one hydrogen on N, the chain was cut out of a longer chain. In this case no edit applies, unless the block has
-  // an edit "NH".
+  // If N has only one hydrogen, the chain was cut out of a longer chain. No edit applies then, unless the block has an
+  // edit "NH".
   if (hydrogens == 1) return "NH";
   return hydrogens == 2 ? "NH2" : "NH3+";
 }
@@ -203,9 +204,10 @@ Composition composition_of(const ForceField& force_field, const ResidueBlock& bl
   return {block.atoms, rules == force_field.hydrogens.end() ? std::vector<HydrogenRule>() : rules->second};
 }
 
-/// Returns the special block of a chain end; null if there is none. AMBER's force fields have such blocks: for charged
-/// ends of amino acids ("NALA", "CALA"), and for nucleotides without a phosphate or at the 3' end ("DA5", "DA3",
-/// "DAN"). A residue that is a whole chain gets the block for both ends, or else the block of the N terminus.
+/// Returns the special block of a chain end; null if there is none. AMBER's force fields have such blocks for:
+/// * charged ends of amino acids ("NALA", "CALA");
+/// * nucleotides without a phosphate, at the 3' end, or both ("DA5", "DA3", "DAN").
+/// A residue that is a whole chain gets the block for both ends. If there is none, it gets the block of the N terminus.
 const ResidueBlock* end_block(const ForceField& force_field, const ResidueBlock& block, bool is_first, bool is_last) {
   const auto found = force_field.end_blocks.find(block.name);
   if (found == force_field.end_blocks.end() || (!is_first && !is_last)) return nullptr;
@@ -225,7 +227,8 @@ void use_names_of(const ForceField& force_field, const ResidueBlock& block, Name
   }
 }
 
-/// Returns the composition of a nucleotide. A 5' end with a phosphate has the block of a nucleotide within the chain.
+/// Returns the composition of a nucleotide. If the 5' end has a phosphate, it has the same block as a nucleotide within
+/// the chain.
 Composition nucleotide_with_ends(const ForceField& force_field, const ResidueBlock& block,
                                  const ResidueContext& context, Names& names) {
   const bool is_first = context.begins != ChainEnd::kBonded && !has(names, "P");
@@ -286,8 +289,8 @@ NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue,
           carriers(residue)};
 }
 
-/// Returns the composition of a residue. A residue that is a whole chain with two charged ends gets the entries of a
-/// zwitterion.
+/// Returns the composition of a residue, including its chain ends. A residue that is a whole chain with two charged
+/// ends gets the entries for a zwitterion.
 Composition block_with_ends(const ForceField& force_field, const ResidueBlock& block, const ResidueContext& context,
                             NamedAtoms& named) {
   Names& names = named.names;

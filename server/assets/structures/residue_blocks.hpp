@@ -1,5 +1,6 @@
 // Chooses the block of a residue: its entry in the force field, a list of atoms with types and charges. The choice
-// depends on the residue's name, in the convention of any program, on its protonation, and on its chain ends.
+// depends on the residue's name, its protonation and its chain ends. The name may follow the convention of any common
+// program.
 #pragma once
 
 #include <cstddef>
@@ -58,12 +59,11 @@ const ResidueBlock* block_named(const ForceField& force_field, std::string_view 
 std::string_view canonical_residue(std::string_view name);
 
 /// Returns the names of a residue's atoms in the force field, and the heavy atoms that carry its hydrogens.
-/// Returns the names of a residue's atoms in the force field.
 /// In      residue  residue for which has_block() is true
 NamedAtoms named_atoms(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Returns whether the amino acid at the start of a chain has only one hydrogen on N, like a residue within a chain. In
-/// this case the chain was cut out of a longer chain.
+/// Returns whether a chain was cut out of a longer chain before this amino acid: it is the first of its chain, but has
+/// only one hydrogen on N, like a residue within a chain.
 bool begins_cut(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
 /// Chooses the block by the residue's name and the hydrogens on its atoms. If the hydrogen of a carboxyl group is on
@@ -71,8 +71,8 @@ bool begins_cut(const ForceField& force_field, const PdbResidue& residue, const 
 const ResidueBlock& choose_block(const ForceField& force_field, std::string_view residue_name,
                                  const ResidueContext& context, NamedAtoms& named);
 
-/// Returns the atoms of the block with the changes at its chain ends, or those of a special end block. Adapts the atom
-/// names in `named`.
+/// Returns the atoms of a residue: those of a special block for its chain end, or those of `block` with the changes at
+/// its chain ends. Adapts the atom names in `named` to the result.
 Composition block_with_ends(const ForceField& force_field, const ResidueBlock& block, const ResidueContext& context,
                             NamedAtoms& named);
 

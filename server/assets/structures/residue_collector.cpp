@@ -13,13 +13,13 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kMaxAtoms = 1'000'000;
-/// Limit of records in one residue, larger than any real residue with all of its alternate locations. A further record
-/// begins a new residue.
+/// Limit of the number of records in one residue. It exceeds that of any real residue with all of its alternate
+/// locations. At the limit, the next record begins a new residue.
 constexpr std::size_t kMaxRecordsPerResidue = 1000;
 constexpr std::size_t kMaxDropped = 100'000;
-/// Largest distance of two positions that count as equal, for files with three decimals.
+/// Largest distance between two positions that count as equal, in files with three decimals.
 constexpr double kOnePlaceAngstrom = 0.01;
-/// Distance below any bond length. Two atoms of the same name at a smaller distance are two positions of one atom.
+/// Largest distance at which two atoms of the same name are two positions of one atom. It is below any bond length.
 constexpr double kNearerThanAnyBondAngstrom = 0.6;
 /// Largest distance of an atom from the nearest other atom of its residue.
 constexpr double kMaxBondAngstrom = 2.5;
@@ -99,9 +99,8 @@ void ResidueCollector::add(PdbResidue residue, PdbAtom atom, char alternate) {
   const auto [entry, is_new] = index_of_place_.try_emplace(place, open_.size());
   std::size_t first_place = open_.size();
   if (!is_new) {
-    // One position in the chain may have alternate residues with different names, whose atoms may alternate in the
-    // file. The atom may therefore belong to the residue that was opened last at this position, or to the one opened
-    // first.
+    // Alternate residues with different names may have the same number in the chain, and their atoms may alternate in
+    // the file. The atom may therefore belong to the last opened residue of this number, or to the first one.
     for (const std::size_t index : {entry->second, open_[entry->second].place}) {
       if (!belongs_to(open_[index], residue, record)) continue;
       open_[index].records.push_back(std::move(record));
@@ -122,7 +121,7 @@ void ResidueCollector::drop(const PdbResidue& residue, const Record& record, con
   structure_.dropped.push_back("atom " + place_text(residue, record.atom.name) + ": " + why);
 }
 
-/// Returns whether the chain bond between two residues has alternate locations at both of its atoms.
+/// Returns whether both atoms of the chain bond between two residues have alternate locations.
 bool ResidueCollector::are_linked(const OpenResidue& before, const OpenResidue& after) {
   const auto alternates = [](const OpenResidue& open, std::string_view a, std::string_view b) {
     return std::ranges::any_of(
@@ -162,7 +161,8 @@ void ResidueCollector::choose_alternate(std::size_t begin, std::size_t end) {
   }
 }
 
-/// Returns whether an alternate letter is meaningless, because the atom has full occupancy and only one location.
+/// Returns whether the letter of an alternate location can be ignored, because the atom has full occupancy and no other
+/// location.
 bool ResidueCollector::is_only_one(const OpenResidue& open, const Record& record) {
   constexpr double kAlways = 0.995;
   return record.atom.occupancy >= kAlways && std::ranges::none_of(open.records, [&record](const Record& other) {
@@ -170,7 +170,7 @@ bool ResidueCollector::is_only_one(const OpenResidue& open, const Record& record
          });
 }
 
-/// Removes atoms at other alternate locations, and duplicates. The remaining atoms keep the order of the file.
+/// Removes atoms that are not at the chosen location, and duplicates. The remaining atoms keep the order of the file.
 void ResidueCollector::close(OpenResidue& open) {
   std::unordered_map<std::string, std::vector<std::size_t>> kept;  // indices of kept atoms by name
   std::vector<char> alternates;

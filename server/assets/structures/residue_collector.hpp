@@ -51,18 +51,17 @@ std::string place_text(const PdbResidue& residue, std::string_view atom);
 
 /// Sorts atoms into residues by chain, number and insertion code.
 ///
-/// * New residue: a second residue with the same number begins if backbone atoms repeat, or if later atoms are far from
-///   the first ones.
-/// * Atoms with the same name in a residue are different atoms, unless they are at one position.
-/// * Alternate locations: for each residue, the location with the largest mean occupancy of heavy atoms is chosen.
-///   Among equals, the location with the most atoms is chosen. Atoms without an alternate location are always kept.
-/// * Neighbours in a chain get the same location if the bond between them has alternates.
-/// * Two residue names at one position are alternates, too.
-/// * The number of atoms is bounded, in total and in one residue.
+/// * New residue: atoms with the same number begin a second residue if backbone atoms repeat, or if the later atoms are
+///   far from the first ones.
+/// * Equal names: atoms of a residue with the same name are different atoms, unless they are at one position.
+/// * Alternate locations: for each residue, the location with the largest mean occupancy of heavy atoms is chosen;
+///   among equals, the one with the most atoms. Atoms without an alternate location are always kept.
+/// * Neighbours: two residues get the same location if the bond between them has alternate locations.
+/// * Alternate names: two residue names at one position are alternates as well.
+/// * Bounds: the number of atoms is limited, in total and in one residue.
 class ResidueCollector {
  public:
-  /// Adds an atom to its residue.
-  /// Adds the next atom of the file.
+  /// Adds the next atom of the file to its residue.
   /// In      residue    residue of the atom, without atoms
   ///         alternate  letter of the alternate location; ' ' if there is none
   /// Fails   MoleculeError: more than 1,000,000 atoms
@@ -75,7 +74,7 @@ class ResidueCollector {
     PdbAtom atom;
     char alternate = ' ';
   };
-  /// Atoms with one residue name at one place. A place is a chain and a residue number.
+  /// Atoms with one residue name at one place in the sequence, i.e. with one chain and one residue number.
   struct OpenResidue {
     PdbResidue residue;
     std::vector<Record> records;

@@ -40,8 +40,8 @@ constexpr std::string_view kPolarHydrogen = "opls_241";
 
 constexpr double kDisulfideAngstrom = 2.0;
 constexpr double kDisulfideTolerance = 0.1;
-// Limit of cysteines, because all pairs may have to be compared. The shell of a virus with 60 proteins has a few
-// hundred.
+// Limit of the number of cysteines, because all pairs of them may have to be compared. It is ample: the shell of a
+// virus with 60 proteins has a few hundred.
 constexpr std::size_t kMaxCysteines = 20'000;
 
 std::string_view stem(std::string_view name) {
@@ -58,9 +58,10 @@ bool alike(const BlockAtom& a, const BlockAtom& b) {
   return a.type == b.type && std::abs(a.charge_e - b.charge_e) < 1e-9;
 }
 
-/// Assigns a block atom, or none, to each atom of the file; each block atom is used once. (A block is the force field's
-/// entry for a residue.) Hydrogens are matched by their heavy atom, under any name. If several hydrogens of one heavy
-/// atom have other names than in the block, each is matched with the rule's position that is nearest.
+/// Finds the block atom of each atom in the file, if there is one. (A block is the force field's entry for a residue.)
+/// Each block atom is used once. Hydrogens are matched by their heavy atom, under any name. If hydrogens of one heavy
+/// atom have other names than in the block, each is matched with the block atom whose position by the hydrogen rules is
+/// nearest.
 class Matcher {
  public:
   Matcher(const Composition& block, const PdbResidue& residue, const NamedAtoms& named)
@@ -79,8 +80,8 @@ class Matcher {
 
   const BlockAtom* match_of(std::size_t i) const { return match_[i] ? &atoms_[*match_[i]] : nullptr; }
   bool is_used(std::size_t block_atom) const { return used_[block_atom]; }
-  /// Returns whether a hydrogen has no heavy atom in the residue, or is surplus: its heavy atom has all of its
-  /// hydrogens.
+  /// Returns whether a hydrogen does not fit the block: it has no heavy atom in the residue, or its heavy atom already
+  /// has all hydrogens of the block.
   bool is_misfit(std::size_t i) const {
     if (match_[i] || !is_hydrogen(i)) return false;
     return named_.carriers[i] == NamedAtoms::kNowhere || match_[named_.carriers[i]].has_value();
@@ -111,7 +112,8 @@ class Matcher {
                                                       : std::string_view(named_.names[named_.carriers[i]]);
   }
 
-  /// Returns whether a hydrogen is bonded to `carrier`, even if another atom is nearer in a crowded structure.
+  /// Returns whether a hydrogen is bonded to `carrier`. In a crowded structure, this may be true although another heavy
+  /// atom is nearer.
   bool is_on(std::size_t hydrogen, const std::string& carrier) const {
     constexpr double kMaxCrowdedAngstrom = 1.15;
     if (carrier == carrier_name(hydrogen)) return true;
@@ -142,8 +144,8 @@ class Matcher {
     if (best) assign(i, *best);
   }
 
-  /// Matches a hydrogen on a heavy atom for which there is no rule. For example HG13 is matched with HG11 if HG11 is
-  /// unused and equivalent.
+  /// Matches a hydrogen for whose heavy atom there is no rule, with an unused and equivalent block atom. For example,
+  /// HG13 is matched with HG11 if HG11 is unused.
   void match_stem(std::size_t i, std::string_view (*key)(std::string_view)) {
     std::optional<std::size_t> spare;
     const BlockAtom* first = nullptr;
@@ -192,8 +194,8 @@ bool is_second_oxygen(std::string_view name) {
   return name == "OXT" || name == "OC1";
 }
 
-/// Returns the type that substitutes for an element. An unknown element counts as carbon, whose size is the most common
-/// in a protein.
+/// Returns the atom type that is used for an element without an entry. An unknown element counts as carbon, whose size
+/// is typical of the atoms of a protein.
 std::string stand_in(const ForceField& force_field, const std::string& element, bool is_polar_hydrogen) {
   const bool is_opls = force_field.name == kOplsName;
   if (is_polar_hydrogen && is_opls) return std::string(kPolarHydrogen);
@@ -207,7 +209,8 @@ std::string stand_in(const ForceField& force_field, const std::string& element, 
   return is_opls ? "opls_135" : prefix + "C";
 }
 
-/// Gives a selenium atom in place of sulfur the size of selenium. It keeps the charge of the sulfur entry.
+/// Gives the last atom of `typed`, a selenium in place of sulfur, the type of selenium. It keeps the charge of the
+/// sulfur entry.
 void match_selenium(const ForceField& force_field, TypedResidue& typed) {
   const std::string type = std::string(kElementPrefix) + "SE";
   if (force_field.types.contains(type)) typed.atoms.back().type = type;
@@ -230,8 +233,8 @@ void guess_by_element(const ForceField& force_field, const PdbResidue& residue, 
                           (atom.charge_e ? "the file's charge" : "charge 0"));
 }
 
-/// Marks entries that depend on a guessed tautomer as guesses. The tautomer of a histidine is a guess if its ring has
-/// no hydrogens.
+/// Marks entries that depend on the tautomer of a histidine as guesses. The tautomer is guessed if the file has no
+/// hydrogens on the ring.
 void mark_guessed_tautomer(const ForceField& force_field, const PdbResidue& residue, const NamedAtoms& named,
                            const ResidueContext& context, TypedResidue& typed) {
   const bool is_delta = context.histidine == "HISD";

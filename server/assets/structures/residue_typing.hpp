@@ -36,22 +36,20 @@ struct TypedResidue {
   std::vector<std::size_t> misfits;  ///< indices of hydrogens without a heavy atom, or surplus on their heavy atom
 };
 
-/// Assigns a force-field entry to each atom of a residue.
-///
 /// Assigns an entry of the force field to each atom of a residue, by the decisions above.
 ///
-/// Source  choice of block and chain ends: pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks were made for this
-///         project
+/// Source  choice of block and chain ends: pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the entries by element for other
+///         atoms were chosen for this project
 /// In      residue  residue for which has_block() is true
 TypedResidue type_residue(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Changes the charges of the side chain's atoms equally, such that the charge of a residue with an incomplete side
-/// chain becomes the nearest whole number.
+/// Makes the charge of a residue with an incomplete side chain a whole number, the nearest one. The charges of the side
+/// chain's atoms are changed by equal amounts.
 /// Out     the new charge; nothing if the residue is complete
 std::optional<double> make_whole(const PdbResidue& residue, TypedResidue& typed);
 
-/// Assigns every atom an entry by its element, for a ligand, ion or sugar that the force field lacks. Each entry is a
-/// guess, unless the force field itself is by element.
+/// Assigns an entry by its element to every atom of a ligand, ion or sugar that the force field lacks. Each entry
+/// counts as a guess, unless the force field has only entries by element.
 TypedResidue type_by_element(const ForceField& force_field, const PdbResidue& residue);
 
 /// Returns for each residue whether its SG is bonded to another SG.

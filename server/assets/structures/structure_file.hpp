@@ -17,18 +17,21 @@ namespace tandem::server {
 /// Fails   MoleculeError naming the file, if it is missing, too large or damaged; see the readers
 PdbStructure read_structure(const std::filesystem::path& path);
 
-/// Selection of residues by entries. "A" selects the amino acids of chain A. "A/478" selects the residues of chain A
-/// with the name 478, of any kind, and "/HOH" those with the name HOH in all chains. "A/*" selects all residues of
-/// chain A, and "/*" those of all chains. Without entries the amino acids of all chains are selected.
+/// Selection of residues by entries:
+/// * "A": the amino acids of chain A
+/// * "A/478": the residues of chain A with the name 478, of any kind; "/HOH": those with the name HOH in all chains
+/// * "A/*": all residues of chain A; "/*": all residues
+/// * no entries: the amino acids of all chains
 struct StructureSelection {
   std::vector<std::string> entries;
 
   bool takes_chain(std::string_view chain) const;
-  /// Returns whether an entry names the residue. The residue may be of any kind, not only an amino acid.
+  /// Returns whether an entry selects the residue by its name or by "*". The residue may be of any kind.
   bool takes_residue(const PdbResidue& residue) const;
 };
 
-/// Result of structure_choice(). If no entry follows a colon, the colon belongs to the file name.
+/// Result of structure_choice(): file and selection from a text of the form "FILE:CHAINS/RESIDUES". A colon belongs to
+/// the file name if no entry follows it, or if a file with the whole text as its name exists.
 struct StructureChoice {
   std::string file;
   StructureSelection selection;

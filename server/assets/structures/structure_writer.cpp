@@ -66,8 +66,8 @@ struct Complex {
   refuse(row, what + "; write mmCIF (FILE.cif) instead");
 }
 
-/// Splits "12A" into 12 and A. Text that does not begin with a number is returned unchanged in place of the number;
-/// files with more than 9999 residues contain such text.
+/// Splits a residue number with insertion code, such as "12A", into 12 and A. Text that does not begin with a number is
+/// returned unchanged as the number. Such text occurs in files with more than 9999 residues.
 ResidueNumber number_of(const std::string& id) {
   std::size_t end = id.starts_with('-') ? 1 : 0;
   while (end < id.size() && is_digit(id[end])) ++end;
@@ -85,8 +85,8 @@ std::string chain_name(std::size_t n) {
   }
 }
 
-/// Chooses chain names for one molecule that differ from those of the other molecule, `others`. `taken` contains the
-/// names of both molecules.
+/// Chooses chain names for one molecule that differ from `others`, the names of the other molecule. `taken` contains
+/// the names of both molecules.
 ChainNames chain_names(const Molecule& molecule, const ChainNames& others, std::set<std::string>& taken) {
   ChainNames names;
   std::set<std::string> written_by_others;
@@ -212,7 +212,8 @@ void check_pdb(const Row& row, const ResidueNumber& number) {
   }
 }
 
-/// Returns the four columns of the atom name. The element is in the first two columns, unless the name needs all four.
+/// Returns the four columns of the atom name. The name begins in the second column, unless it has four letters or
+/// begins with an element symbol of two letters.
 std::string name_columns(const Row& row) {
   const bool fills_first =
       row.name().size() == 4 || (row.element().size() == 2 && row.name().starts_with(row.element()));
@@ -250,8 +251,8 @@ std::string quoted_value(const Row& row, const std::string& value) {
   refuse(row, "mmCIF has no quotes for text with both kinds, " + value + "; correct it in its file");
 }
 
-/// Formats with three decimals, or up to six if the further decimals are not zero. The receptor's coordinates thus
-/// equal those of its file.
+/// Formats a coordinate with three decimals, or with up to six if it has more than three. The receptor's coordinates
+/// are thus written as they are in its file.
 std::string coordinate_text(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.6f", rounded(value, 1e6));

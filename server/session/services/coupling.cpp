@@ -8,7 +8,8 @@
 namespace tandem::server {
 namespace {
 
-/// Keys of notifications. A notification with a lower key is sent first: users receive the law before its coefficients.
+/// Keys of notifications. Notifications are sent in ascending order of keys, so users receive the law before its
+/// coefficients.
 constexpr std::size_t kLawNews = 0, kCoefficientNews = 1;
 
 wire::ServerControl law_set(std::string_view law) {
@@ -37,8 +38,8 @@ class Coupling final : public SessionService {
   void on_update(const Room& room) override { announce_changes(room); }
 
  private:
-  /// Effective coupling of a user at the last announce_changes(). The user has received it, or the notification is
-  /// queued.
+  /// Effective coupling of a user at the last announce_changes(). The user has been notified of it, or the notification
+  /// is queued.
   struct Known {
     std::string_view law;
     haptics::CouplingParameters coefficients;
@@ -102,8 +103,8 @@ void Coupling::set_game_parameter(SessionUser& user, const wire::ClientControl& 
   host_.send(user, answer);
 }
 
-/// Sets a coefficient. Every other user is notified of the effective value for their own tool, even if it has not
-/// changed.
+/// Sets a coefficient. Every other user is notified of the effective value for their tool, even if the limits of their
+/// device keep that value unchanged.
 void Coupling::set_coefficient(SessionUser& setter, const wire::ClientControl& message,
                                const proto::CouplingField& field) {
   haptics::CouplingParameters parameters = setter.seats->coupling().parameters;
@@ -146,7 +147,8 @@ void Coupling::set_law(SessionUser& setter, const wire::ClientControl& message) 
   send_changes(seats.room());
 }
 
-/// When the operator leaves, the scene's coupling is restored, and the other users are notified.
+/// Notifies the other users after the operator has left, because the coupling of the scene or level is then in force
+/// again.
 void Coupling::on_left(SessionUser& user) {
   known_.erase(&user);
   send_changes(user.room());

@@ -22,7 +22,8 @@ class Games final : public SessionService {
   void on_poll() override;
 
  private:
-  /// Newest status of a room's game, and the second and the number of level entries at the last call of receive().
+  /// Newest status of a room's game. `second` and `entries` are the time of the game and the number of level entries
+  /// when the users were last notified.
   struct Known {
     GameStatus status;
     std::uint64_t second = 0;

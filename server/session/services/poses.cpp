@@ -126,7 +126,8 @@ void Poses::on_poll() {
                           const RoomCommand* placing) { return deliver(room, requester, answer, placing); });
 }
 
-/// Sends an answer, and passes `placing` to the room (see PoseKeeper::deliver()).
+/// Sends an answer of PoseKeeper to its recipients, and passes the command `placing` to the room if it is not null.
+/// Returns false if its requester has left or the room's queue is full (see PoseKeeper::deliver()).
 bool Poses::deliver(const Room& room, UserId requester, const wire::ServerControl& answer, const RoomCommand* placing) {
   SessionUser* const user = host_.find_user(room, requester);
   const bool is_for_requester = placing != nullptr || answer.has_error();

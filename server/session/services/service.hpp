@@ -22,8 +22,8 @@ namespace tandem::server {
 
 inline constexpr const char* kRoomBusy = "the room is busy; try again";
 
-/// A joined user, as services see the user. The object keeps its memory address from on_joined() until on_left()
-/// returns.
+/// A joined user, as far as services need the data. The object stays at the same address from on_joined() until
+/// on_left() returns, so services can use its address as a key.
 struct SessionUser {
   std::string name;
   RoomSeats* seats = nullptr;
@@ -48,8 +48,8 @@ class ServiceHost {
   virtual void send(SessionUser& user, const wire::ServerControl& message) = 0;
   /// Number of control bytes that the user has not read yet.
   virtual std::size_t queued_bytes(const SessionUser& user) const = 0;
-  /// Queues a notification, which send_news() sends after joins and leaves, in the order of keys. A notification
-  /// replaces an unsent one with the same key. `make` is called when the notification is sent.
+  /// Queues a notification for send_news(). Notifications are sent after joins and leaves, in ascending order of keys.
+  /// A notification replaces an unsent one with the same key. `make` creates the message at the time of sending.
   virtual void announce(SessionUser& user, std::size_t key, std::function<wire::ServerControl()> make) = 0;
   /// Sends the queued notifications, unless more than kMaxQueuedBeforeNews bytes are queued for the user. Each poll()
   /// of the hub calls this function for all users.
@@ -77,7 +77,7 @@ class SessionService {
   /// Returns the kinds of messages that handle() accepts. Only one service handles each kind.
   virtual std::vector<Case> cases() const { return {}; }
   virtual void handle(SessionUser& /*user*/, const wire::ClientControl& /*message*/) {}
-  /// Called after a user has joined and has been sent Joined and the names of the other users. Not called for sources
+  /// Called after a user has joined and has received Joined and the names of the other users. Not called for a source
   /// of signals.
   virtual void on_joined(SessionUser& /*user*/, const wire::JoinRoom& /*granted*/) {}
   /// Called after a user has left: the seat is free, and users_of() does not include the user. UserLeft has not been

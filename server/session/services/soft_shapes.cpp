@@ -36,8 +36,8 @@ void SoftShapes::on_poll() {
   }
 }
 
-/// Sends a shape, unless it is unchanged or control bytes are still queued for the user. Shapes therefore never
-/// accumulate in a queue.
+/// Sends a shape. Skips it if it is unchanged, or if control bytes are still queued for the user, so that outdated
+/// shapes do not accumulate.
 void SoftShapes::send(SessionUser& user, const wire::ServerControl& message) {
   const auto found = sent_.find(&user);
   if (found == sent_.end()) return;

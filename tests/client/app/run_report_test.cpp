@@ -31,7 +31,8 @@ struct Rig {
       report.add(record, phase);
     }
   }
-  /// Simulates a silence of `ticks` ticks. The force becomes zero `zero_after` ticks after the last arrival of a state.
+  /// Simulates that no state arrives for `ticks` ticks. From tick `zero_after` of this gap on, the displayed force is
+  /// zero.
   void fall_silent(int ticks, int zero_after) {
     for (int i = 1; i <= ticks; ++i) {
       record.state_age = i * kTick;

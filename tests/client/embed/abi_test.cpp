@@ -48,7 +48,7 @@ Struct sized() {
 }
 
 /// Returns settings for a client of `server`.
-/// In      server  must outlive the settings
+/// In      server  address of the server; it must outlive the settings, which store a pointer to its text
 tandem_client_settings settings_for(const std::string& server) {
   auto settings = sized<tandem_client_settings>();
   settings.server = server.c_str();
@@ -199,7 +199,8 @@ TEST(Abi, SettingsThatAreWrongNameTheFieldAndTheRemedy) {
   EXPECT_EQ(tandem_device_close(device), TANDEM_OK);
 }
 
-// A program has no command line options of tandem-client, so that an error must not name them.
+// A program cannot set command line options of tandem-client. An error of a device must therefore name a setting of the
+// C interface.
 TEST(Abi, ErrorsOfBuiltInDevicesNameSettingsInsteadOfOptions) {
   const std::vector<std::pair<std::function<void(tandem_client_settings&)>, std::string>> cases{
       {[](auto& s) { s.device = "forcedimension", s.library = "/nowhere/x.so"; }, "the setting library"},
@@ -283,7 +284,7 @@ TEST(Abi, ForceIsZeroWhenCloseReturnsAndWhenTheFeedStalls) {
   auto settings = settings_for(address);
   settings.own_device = hand.device;
   Running running(settings);
-  // A grabbed block of 0.2 kg that is shaken must give a force.
+  // The tool holds a block of 0.2 kg. Shaking the block must cause a force on the hand.
   ASSERT_TRUE(eventually([&] { return running.body().id == 1; }));
   const auto shake = [&] {
     hand.height_m = hand.height_m > 0.01 ? 0.0 : 0.02;

@@ -139,7 +139,8 @@ TEST(CouplingCheck, ASetThatIsUnstableOnlyBetweenItsMessagesNeverCutsTheForce) {
   bench.join(joined_with(100, 0));
   ASSERT_TRUE(bench.scene_may_display());
   const std::uint64_t checks = bench.session.coupling_check().number;
-  // Sets an undamped spring. It is unstable, because k T/2 (stiffness k, period T) is above the device's friction.
+  // Sets a spring without damping. It is unstable, because k T/2 (stiffness k, period T) exceeds the friction of the
+  // device. The check runs only after a burst of changes, so the force must continue until the next value is set.
   set_stiffness(bench, 1000);
   EXPECT_TRUE(is_displayed_for(bench, 30));
   set(bench, "coupling.damping_n_s_per_m", 3);
@@ -202,8 +203,8 @@ TEST(CouplingCheck, AMasslessToolHasNoMassAndABodyThatItHoldsDoes) {
   ASSERT_EQ(bench.session.coupling_check().moved.size(), 1U);
   EXPECT_FALSE(bench.session.coupling_check().moved[0].is_held_body);
   EXPECT_TRUE(bench.scene_may_display());
-  // A free tool without mass has no inertia, so the damper of the law has no effect. The law's damping coefficient is
-  // 0, too.
+  // A free tool without mass has no inertia against which the damper of the law could act. Mass, inertia and damping
+  // coefficient of the loop must therefore be 0.
   const haptics::CouplingLawInfo& law = *haptics::find_coupling_law("qsa-static");
   const devices::LoopCoupling free = devices::loop_coupling(law, {}, 0.5, 1e-4);
   EXPECT_EQ(free.tool_mass_kg, 0);
@@ -318,7 +319,8 @@ TEST(CouplingCheck, QuickVerdictIsThatOfTheFindings) {
 TEST(CouplingCheck, SeesTheSceneThroughTheWorkspaceMapping) {
   test::SessionBench bench(with(light_device()));
   wire::Joined joined = joined_with(60000, 3);
-  // The force scale reduces the stiffness, the damping and the mass that the user feels to a hundredth.
+  // With a force scale of 0.01, stiffness, damping and mass at the device are a hundredth of those in the scene. The
+  // scene's 60,000 N/m are only 600 N/m for the user.
   joined.mutable_scene()->mutable_tools(0)->mutable_workspace()->set_force_scale(0.01);
   joined.mutable_scene()->mutable_coupling()->set_damping_n_s_per_m(100);
   bench.join(joined);

@@ -66,16 +66,16 @@ TEST(ForceBlend, NoStepExceedsTheBoundAndTheOffsetEndsWithin100Ms) {
     blend.advance(kForceBlendTick_s);
     const double now = blend.apply(force_x(0)).f.x();
     ASSERT_LE(now, before);
-    // After a jump of 1 N, the rest w(t) of the jump decays with |ẇ| = ω² t e^(−ωt), where ω = kRate. Its maximum is ω
-    // / e, at t = 1/ω. The jump here is 4 N.
+    // Bound of the change per tick. After a jump by J = 4 N, the blend adds a rest w(t) that decays with the rate ω =
+    // kRate. Its slope |ẇ| = J ω² t e^(−ωt) is largest at t = 1/ω, where it is J ω / e.
     ASSERT_LE(before - now, 4 * ForceBlend::kRate * kForceBlendTick_s / std::exp(1.0));
     before = now;
     EXPECT_LT(now, k < 49 ? 4.0 : k < 84 ? 0.10 * 4 : 0.01 * 4) << k;
   }
 }
 
-// The target force jumps and then returns to zero. Fails if the rest of the jump is still added to the zero target: the
-// displayed force would be opposite to a force that has vanished.
+// The target force jumps to 6 N and decays to zero by itself. Fails if the blend still subtracts the rest of the jump:
+// the displayed force would become negative.
 TEST(ForceBlend, ATargetThatComesBackByItselfIsNotAnswered) {
   ForceBlend blend = showing(0);
   blend.jump();

@@ -19,8 +19,8 @@ constexpr double kHalf_m = 0.05, kInner_m = 0.04;
 const Vec3 kWorkspace_m = Vec3::Constant(2 * kHalf_m);
 
 struct SmallRig : HapticRig {
-  /// The stage "hold" displays the server's force, which is zero for a free tool. "late-pose" displays a spring to the
-  /// tool, which is at rest.
+  /// With the stage "hold", the user feels the server's force, which is zero for a free tool. With "late-pose", the
+  /// user feels a spring to the tool, which is at rest.
   explicit SmallRig(const std::string& stage = "late-pose") : HapticRig(stage, false, kWorkspace_m) {}
   /// Runs one tick that moves the hand to `p`.
   void move_to(const Vec3& p) {
@@ -63,8 +63,8 @@ TEST(HandWorkspace, BeyondTheBorderTheToolGoesOnAWallIsFeltAndNothingSteps) {
   rig.move_to(Vec3(0.048, 0, 0));
   const double before_m = rig.x_W();
   rig.stay(1000);
-  // The hand is 80 % of the way from the inner to the outer border. The workspace therefore moves at 0.8² of its width
-  // per second.
+  // The workspace drifts while the hand is between the inner border (40 mm) and the outer border (50 mm). At 48 mm, the
+  // hand is at the fraction 0.8 between them. The workspace therefore moves by 0.8² of its width per second.
   EXPECT_NEAR(rig.x_W() - before_m, 0.64 * 2 * kHalf_m, 0.005);
   EXPECT_NEAR(rig.force().x(), -0.8 * 2, 0.02) << "a quarter of 8 N is 2 N";
   for (double x = 0.048; x > 0; x -= 0.0003) rig.move_to(Vec3(x, 0, 0));
@@ -147,8 +147,8 @@ TEST(HandWorkspace, NoHandDrivesItsBaseFartherThanThreeWidthsWithoutComingBack) 
         }
         ASSERT_TRUE(workspace.mapping().X_WD.p.allFinite() && workspace.wall_on_hand_D().allFinite());
         ASSERT_LE(workspace.wall_on_hand_D().cwiseAbs().maxCoeff(), 2.0);
-        // While the hand rests, the drift rate of the workspace may change only because its travel is limited. The
-        // bound is the largest change per period.
+        // While the hand rests, only the limit of the workspace's travel may change the drift rate. In a period T, the
+        // rate may change by at most 3 T times the workspace width.
         if (tremor_m == 0 && tick > 2500) {
           ASSERT_LE((workspace.rate_W() - rate_before).norm() / scale, 3 * period_s * device.workspace_m.norm() + 1e-9);
         }

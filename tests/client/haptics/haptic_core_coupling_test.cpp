@@ -33,9 +33,8 @@ TEST(HapticCore, AForceThatIsAllowedAgainIsRampedAndTheClutchedHandleStaysWhereI
   for (int i = 0; i < 600; ++i) {
     rig.run(1);
     ASSERT_NEAR(rig.sent().handle.X.p.x(), 0.001, 1e-12);
-    // The new stiffness is reached within 100 ms, and the start ramp takes 0.5 s. At a stretch of 1 mm, even the old
-    // stiffness of 2500 N/m gives only 2.5 N. Therefore the force must rise by at most 2.5 N / 500 in each of the 500
-    // ticks of the ramp.
+    // Bound of the rise of the force per tick. At a stretch of 1 mm, the force is at most 2.5 N, even with the old
+    // stiffness of 2500 N/m. The start ramp scales it from 0 to 1 in 500 ticks.
     ASSERT_LE(std::abs(rig.force().x()) - last_n, 2.5 / 500 + 1e-9) << i << " ms";
     last_n = std::abs(rig.force().x());
   }
@@ -71,8 +70,8 @@ TEST(HapticCore, AfterTheRampLatePoseIsTheCouplingThroughTheWorkspaceMapping) {
   rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
   rig.received.update.tool.X.p = Vec3(1, 0, 0);
   rig.run(700);
-  // In the world the handle is 10 mm along y from the tool. The spring of 300 N/m pulls it back with 3 N. The user
-  // feels half of that force, along −x of the device.
+  // The mapping turns 5 mm along the device's x axis into 10 mm along the world's y axis. The spring of 300 N/m pulls
+  // the handle back with 3 N. Because of the force scale ½, the user feels 1.5 N along −x of the device.
   EXPECT_LT((rig.core.record().handle_W.X.p - Vec3(1, 0.01, 0)).norm(), 1e-12);
   EXPECT_LT((rig.force() - Vec3(-1.5, 0, 0)).norm(), 1e-9);
 }

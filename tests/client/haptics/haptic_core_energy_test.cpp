@@ -47,8 +47,8 @@ TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
   EXPECT_GT(to_hand_j, 0.01);
   EXPECT_NEAR(rig.core.counters().energy_to_hand_j, to_hand_j, kSumRounding);
   EXPECT_NEAR(rig.core.counters().energy_from_hand_j, from_hand_j, kSumRounding);
-  // The server receives the work of the requested wrench, i.e. the wrench before the start ramp, in units of the world.
-  // Energy in the world is energy at the hand times s_p / s_f (position scale over force scale), here a factor of 4.
+  // The client sends the work of the requested wrench (before the start ramp), not that of the displayed wrench. It is
+  // in units of the world: work at the hand times s_p / s_f (position scale, force scale), here 4.
   EXPECT_GT(requested_to_hand_j, 1.02 * to_hand_j);
   EXPECT_NEAR(rig.sent().energy_to_hand_j, 4 * requested_to_hand_j, 4 * kSumRounding);
 }
@@ -151,13 +151,13 @@ double energy_taken_j(bool is_passivity_controlled) {
 
 TEST(HapticCore, WithThePassivityControllerALateForceGivesTheHandNoEnergy) {
   EXPECT_GT(energy_taken_j(false), 30e-3);
-  // The bound is 1 mJ plus the leak in 6 s. The 1 mJ covers the initial credit and the energy that the start ramp
-  // withheld.
+  // Bound: 1 mJ, plus the leak of the controller in 6 s. The 1 mJ covers the initial credit and the energy that the
+  // start ramp withheld.
   EXPECT_LT(energy_taken_j(true), 1e-3 + 6 * haptics::HandPassivityController::kLeakRate_w);
 }
 
-/// A hand of 0.3 kg with a stiffness of 200 N/m. Four times it presses a wall of 5 kN/m and leaves it, through the
-/// massless tool of a server with a one-way delay of `delay` ticks.
+/// A hand of 0.3 kg with a stiffness of 200 N/m presses a wall of 5 kN/m and leaves it, four times. The server
+/// simulates the wall and a tool without mass, with a delay of `delay` ticks in each direction.
 struct PressedWall {
   void run(int ticks) {
     scene.generation = 1;

@@ -150,8 +150,8 @@ TEST(HapticLoop, RepeatsTheLastZeroUntilTheDeviceAcceptsIt) {
 
 TEST(HapticLoop, ReportsThatTheDeviceDidNotAcceptZero) {
   Rig rig;
-  // The device refuses only after it accepted a nonzero force. With refusals from a fixed tick on, its last accepted
-  // force could be zero, and the test could not fail.
+  // The device refuses commands only after it has accepted a nonzero force. If it refused from a fixed tick on, its
+  // last accepted force could be zero by chance, and the loop would rightly report success.
   rig.device.keeps_force = true;
   rig.start_with_force();
   while (rig.device.refused == 0) std::this_thread::yield();

@@ -52,7 +52,8 @@ TEST(LatePose, IsASpringAndDamperBetweenHandleAndNewestTool) {
   const auto stage = make_stage({.name = "late-pose"});
   const Wrench on_hand = stage->tick(rig.input).wrench_on_hand_W;
   // The handle rotates at 1 rad/s, and its origin moves at 0.1 m/s. The tool is 0.01 m from this origin, so the
-  // handle's point at the tool moves at 0.1 − 0.01 m/s.
+  // handle's point at the tool moves at 0.1 − 0.01 m/s. In the message, d is the displacement and Δv the relative
+  // velocity.
   EXPECT_LT((on_hand.f - Vec3(-5.0, -0.18, 0.4)).norm(), 1e-12) << "−(500 d + 2 Δv)";
   const Vec3 lever = Vec3(0.01, 0, 0).cross(-on_hand.f);
   EXPECT_LT((on_hand.t - lever - Vec3(0, 0, -(0.4 * 0.2 + 0.01 * 1))).norm(), 1e-12);
@@ -116,7 +117,8 @@ TEST(Hold, ShowsTheServersWrenchUnchangedWhateverTheHandDoes) {
   EXPECT_TRUE(stage->tick(rig.input).wrench_on_hand_W.f.isZero(0));
 }
 
-/// Supplies server states at 200 Hz with a force along x, `age` old on arrival. The server's clock is one hour ahead.
+/// Supplies a server state in every fifth tick (200 Hz), with a force along x. Each state is `age` old on arrival. The
+/// server's clock is one hour ahead.
 struct LateForce {
   explicit LateForce(const char* name) : stage(make_stage({.name = name})) { rig.received.clock_offset = kOffset; }
 
@@ -173,8 +175,9 @@ TEST(ForceStreamStage, FollowsTheNewestWrenchWhateverTheClockOffsetSaysAtFirst) 
   for (const char* const name : {"linear", "ar", "ar-spline"}) {
     for (int trial = 0; trial < 100; ++trial) {
       LateForce late(name);
-      // While ten states arrive, the clock offset is wrong by up to one year, as after an erroneous exchange of time
-      // stamps. Fails if the wrong times of these states make the stage ignore the states after them.
+      // At first the clock offset is wrong by 1 ms to one year, as after an erroneous exchange of time stamps. Ten
+      // states arrive before the offset is corrected. Fails if their wrong times make the stage ignore the later
+      // states.
       const double off_s = std::exp(random.uniform(std::log(1e-3), std::log(3.15e7)));
       late.rig.received.clock_offset += from_seconds(random.uniform() < 0.5 ? off_s : -off_s);
       for (int k = 0; k < 50; ++k) late.tick([](double) { return 1.0; });

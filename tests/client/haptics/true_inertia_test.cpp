@@ -118,8 +118,8 @@ TEST(TrueInertia, OfABunnyHeldByTheEarIsThatOfNumericalIntegration) {
   const Mat3 about_centre = density * integrated(shape, centre).inertia;
   EXPECT_NEAR(least.inertia_kg_m2, smallest_eigenvalue(about_centre), 1e-6 * least.inertia_kg_m2);
   EXPECT_GT(most.inertia_kg_m2, 2 * least.inertia_kg_m2);
-  // A rod of 5 cm with the body's mass, a common approximation, has less than a fifth of the true inertia. Fails if the
-  // approximation is used.
+  // A common approximation is the inertia of a rod of 5 cm with the body's mass. It is less than a fifth of the true
+  // inertia. Fails if the approximation is used.
   EXPECT_GT(most.inertia_kg_m2, 5 * 0.1 * 0.05 * 0.05 / 12);
 }
 
@@ -134,7 +134,7 @@ TEST(TrueInertia, OfAMoleculeHeldAtItsLastAtomIsTheSumOverItsAtoms) {
   Mat3 about_grip = Mat3::Zero(), about_centre = Mat3::Zero();
   for (std::size_t i = 0; i < molecule.size(); ++i) {
     const double atom_kg = kg_per_u * molecule.mass_u[i];
-    // The mass m of an atom is spread by 1 Å along each axis, which adds 2 Å² m to each principal moment.
+    // The mass m of each atom is spread by 1 Å along each axis. This adds 2 m · (1 Å)² to each principal moment.
     const Mat3 own = 2 * atom_kg * scale * scale * Mat3::Identity();
     about_grip += inertia_of(atom_kg, scale * molecule.positions_angstrom[i] - grip) + own;
     about_centre += inertia_of(atom_kg, scale * molecule.positions_angstrom[i]) + own;
@@ -146,9 +146,9 @@ TEST(TrueInertia, OfAMoleculeHeldAtItsLastAtomIsTheSumOverItsAtoms) {
       << "a helix held at its end yields by rotation, so its effective mass is smaller";
 }
 
-// The results must follow from the 6×6 mass matrix at the grip, [m 1, m [c]×ᵀ; m [c]×, I_T], and its inverse. m is the
-// mass, 1 the unit matrix, and I_T the inertia about the grip. c is the centre of mass relative to the grip, [c]× its
-// cross-product matrix.
+// Reference: the 6×6 mass matrix at the grip, [m 1, m [c]×ᵀ; m [c]×, I_T], and its inverse.
+// - m is the mass, 1 the unit matrix, and I_T the inertia about the grip.
+// - c is the centre of mass relative to the grip, and [c]× the matrix of the cross product with c.
 TEST(TrueInertia, EqualsThatOfTheMassMatrixAtTheGrip) {
   Random random(17, 0);
   const auto any = [&random] { return Vec3(random.normal(), random.normal(), random.normal()); };
@@ -161,7 +161,8 @@ TEST(TrueInertia, EqualsThatOfTheMassMatrixAtTheGrip) {
     const Vec3 c = mass.X_BC.p - p_BT;
     Mat6 M = Mat6::Zero();
     for (int column = 0; column < 6; ++column) {
-      // Each column is the wrench of a unit linear or angular acceleration by the Newton–Euler equations.
+      // Each column of the mass matrix is the wrench that causes a unit acceleration, by the Newton–Euler equations.
+      // Columns 0 to 2 are linear, columns 3 to 5 angular accelerations.
       const Vec3 a = column < 3 ? Vec3(Vec3::Unit(column)) : Vec3(Vec3::Zero());
       const Vec3 alpha = column < 3 ? Vec3(Vec3::Zero()) : Vec3(Vec3::Unit(column - 3));
       const Vec3 f = mass.mass_kg * (a + alpha.cross(c));
@@ -195,8 +196,8 @@ double spectral_radius_with(const MassProperties& tool) {
 }
 
 TEST(TrueInertia, OfALongRodMakesALoopThatHardlyDecays) {
-  // A rod of 1 m and 0.3 kg held at its end has an inertia of 0.1 kg·m². A rod of 5 cm with this mass serves as
-  // comparison: its loop is clearly stable. Fails if the true inertia is not used.
+  // A rod of 1 m and 0.3 kg, held at its end, has an inertia of 0.1 kg·m². A common approximation is a rod of 5 cm with
+  // the same mass; its loop is clearly stable. Fails if the approximation is used for the long rod.
   const MassProperties rod{0.3, {Vec3(0.5, 0, 0), Quat::Identity()}, Vec3(2e-6, 0.025, 0.025)};
   const MassProperties pen{0.3, {}, Vec3::Constant(0.3 * 0.05 * 0.05 / 12)};
   EXPECT_LT(spectral_radius_with(pen), 0.9995) << "decays within 2 s";

@@ -48,8 +48,8 @@ struct GraspRig {
   bool press(bool is_down, std::uint64_t input) {
     return grasp.follow_button(is_down, Tick{input}, LocalTime(std::chrono::milliseconds(input)), world, 0);
   }
-  /// Simulates the server's answer to the input of tick `input`. The newest buttons that the server had received were
-  /// sent at the time `echoed` [ms].
+  /// Simulates a server state that includes the input of tick `input`. At that step, the newest buttons that the server
+  /// had received were those sent at the time `echoed` [ms].
   bool answer(BodyId held, std::uint64_t input, std::uint64_t echoed) {
     proto::ServerUpdate update;
     update.held_body = held;

@@ -95,8 +95,8 @@ class Across {
   void move_partner(const RigidState& handle) { partner_ = handle; }
   /// Stops or restarts the partner's updates.
   void silence_partner(bool is_silent) { partner_is_silent_ = is_silent; }
-  /// Starts or ends a gap in which no input reaches the server. During the gap the server extrapolates the pose of the
-  /// hand and confirms the ticks that are due.
+  /// Starts or ends a gap in which no input reaches the server. In the gap, the server extrapolates the pose of the
+  /// hand and confirms each tick at the time at which its input was due.
   void lose_inputs(bool is_gap) { is_gap_ = is_gap; }
   /// Limits the rate of the received states to one state per `ticks` ticks, from the next tick on.
   void receive_each(int ticks) { receive_each_ = ticks; }
@@ -332,8 +332,8 @@ TEST(LocalModel, ABodyPressedByAPartnerFromTheOtherSideDoesNotGiveWay) {
     far.join_partner(at({0.025, 0, 0.02}));
     for (int k = 0; k < 500; ++k) far.tick(at(start));
     for (int k = 0; k < 500; ++k) far.tick(at(start + k / 500.0 * (beside - start)));
-    // The partner's hand does not move. Therefore the user's coupling takes up half of the displacement. Fails if this
-    // fraction depends on the delay.
+    // The couplings of both users act on the block in series, and the partner's hand does not move. The user's coupling
+    // therefore takes up half of the displacement. Fails if this fraction depends on the delay.
     Wrench wrench;
     double farthest_m = 0;
     for (int k = 0; k < 6000; ++k) {
@@ -370,8 +370,8 @@ TEST(LocalModel, ABodyHeldByAPartnerDoesNotFallWhenTouched) {
   }
 }
 
-// The block is no longer at the initial pose that the scene defines for the body of tool 1. Fails if the model resets
-// it to that pose when the partner's updates resume.
+// In the scene, tool 1 holds the block at an initial pose; since then the block has moved. Fails if the model resets
+// the block to the initial pose when the partner's updates resume.
 TEST(LocalModel, ASilentPartnerResumesWithTheHeldBodyWhereItIs) {
   const auto world = scene();
   world->tools[1].holds_body = 1;
@@ -440,8 +440,9 @@ TEST(LocalModel, ADivergenceIsResetAfterTheSameTimeAtAnyRateOfTheStates) {
   for (const int each : {1, 5, 10, 20}) {
     Across across(scene(), kOneWay);
     across.receive_each(each);
-    // Tolerance: one interval between states. The first state that differs arrives up to one interval late. On the
-    // other hand, the model adds the whole interval before this state to the duration of the divergence.
+    // The tolerance is one interval between states, for two errors:
+    // - The first state that differs arrives up to one interval late.
+    // - The model counts the whole interval before this state as divergence.
     EXPECT_NEAR(ticks_to_reset(across), kOneWay + kDivergence, each + 2) << each << " ms between states";
   }
 }
@@ -504,8 +505,8 @@ TEST(LocalModel, AReceivedSoftContactIsFeltWithoutAForceStep) {
     before = force;
   }
   EXPECT_NEAR(std::abs(before), 1, 0.01);
-  // For a change of 1 N, the critically damped filter with τ = 50 ms limits the slope of the force to 1 / (e τ), i.e.
-  // 0.0074 N per tick. The mass and the coupling of the tool reduce the slope further.
+  // The force changes by 1 N through a critically damped filter with the time constant τ = 50 ms. Its slope is at most
+  // 1 N / (e τ) = 0.0074 N per tick. Mass and coupling of the tool reduce the slope further.
   EXPECT_LT(steepest, 0.01);
 }
 

@@ -18,8 +18,8 @@ RigidState at_x(double x_m) {
   return state;
 }
 
-/// Trajectory of a model that starts `offset_m` from the server's state and moves only by corrections. The server's
-/// response arrives `delay` ticks later.
+/// Result of a run in which a model starts `offset_m` from the server's state and moves only by corrections. The
+/// server's response to a motion arrives `delay` ticks later.
 struct Course {
   double end_m = 0;
   double lowest_m = 0;
@@ -54,7 +54,7 @@ TEST_P(ReconcilerDelay, RemovesAnOffsetOnceForAnyDelay) {
   const ReconcilerSettings settings{.time_constant_s = 0.05, .speed_limit_m_per_s = 1.0};
   const Course run = corrected(0.010, GetParam(), settings, GetParam() + 1000);
   EXPECT_NEAR(run.end_m, 0, 1e-9);
-  // A correction that is applied twice would overshoot below zero.
+  // The offset must decrease to zero. If a correction were applied twice, the offset would become negative.
   EXPECT_GT(run.lowest_m, -1e-12);
 }
 

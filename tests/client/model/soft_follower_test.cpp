@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kSoftFollowerPeriod_s = 0.001;
 
-/// A soft contact like a spring along z with the depth `depth_m` when the tool is at `height_m`.
+/// Returns a soft contact that acts like a spring along z. When the tool is at `height_m`, the spring is compressed by
+/// `depth_m`.
 SoftContact spring(double stiffness_n_per_m, double depth_m, double height_m) {
   SoftContact contact;
   contact.wrench_W.f = Vec3(0, 0, stiffness_n_per_m * depth_m);
@@ -45,8 +46,8 @@ TEST(SoftFollower, BlendsFromOneContactToTheNextSmoothly) {
   follower.receive(spring(100, 0.02, -0.01), X_WT);
   for (int k = 0; k < 1000; ++k) {
     const double force_n = follower.step(X_WT, kSoftFollowerPeriod_s).f.z();
-    // A critically damped filter with τ = 50 ms limits a change of 1 N: its slope is at most 1 / (e τ) = 0.0074 N/ms,
-    // and the change of its slope at most 1 / τ² = 4.0e-4 N/ms².
+    // The force changes by 1 N through a critically damped filter with the time constant τ = 50 ms. Its slope is at
+    // most 1 N / (e τ) = 0.0074 N/ms. The slope changes by at most 1 N / τ² = 4.0e-4 N/ms per ms.
     EXPECT_LT(force_n - before_n, 0.0075) << k;
     EXPECT_LT(std::abs(force_n - before_n - rise_before_n), 4.1e-4) << k;
     rise_before_n = force_n - before_n;

@@ -100,7 +100,8 @@ TEST(ClientIo, UnreadEventsAreCounted) {
   ClientIoSettings settings = settings_for(unused_port());
   ScriptedDevice device;
   ClientIo io(settings, device);
-  // Outside a room, each request with a tag is refused at once, with one event per request.
+  // A client that is in no room refuses each tagged request at once, with one event. The events exceed the capacity of
+  // the queue by 100.
   constexpr std::size_t kRequests = EventQueue::kCapacity + 100;
   for (std::size_t i = 0; i < kRequests; ++i) io.send(pose_command(wire::AskPose::KEEP, 0, {}, 5));
   EXPECT_EQ(io.snapshot().events_dropped, 0U);
@@ -279,8 +280,8 @@ TEST(ClientIo, SimulatedLinksDelayBothDirectionsAndLoseTheSetFraction) {
   ASSERT_TRUE(test::eventually(has_received(io, 300))) << io.snapshot().status.why;
   const ClientIoSnapshot snapshot = io.snapshot();
   ASSERT_TRUE(snapshot.clock.is_known);
-  // The limit is 0.1 ms below the true round trip of 30 ms. The kernel's clock, which stamps the datagrams, and the
-  // steady clock drift apart by microseconds during a read.
+  // Lower limit: 0.1 ms below the true round trip of 30 ms. The kernel stamps datagrams by another clock than the
+  // steady clock, and reading both clocks takes microseconds.
   EXPECT_GE(snapshot.clock.minimum_round_trip, Duration(std::chrono::microseconds(29'900)));
   EXPECT_GT(snapshot.links.down.lost, 0U);
   EXPECT_EQ(snapshot.counters.received_drops.count(proto::DropReason::kSimulatedLoss), snapshot.links.down.lost);

@@ -45,7 +45,8 @@ class StampedReceive : public testing::Test {
 
 TEST_F(StampedReceive, ADatagramThatWaitedHasItsTrueAge) {
   StampedReceiver receiver(to_, clock_.now());
-  // The kernel stamps datagrams only some time after the first socket of the system has requested it.
+  // Sends datagrams until the kernel stamps them. It begins only some time after the system's first socket has
+  // requested stamps.
   const auto is_stamped = [this, &receiver] {
     EXPECT_EQ(send(from_, "x", 1, 0), 1);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -61,7 +62,7 @@ TEST_F(StampedReceive, ADatagramThatWaitedHasItsTrueAge) {
   ASSERT_TRUE(received);
   EXPECT_EQ(*received, 3U);
   EXPECT_EQ(buffer_[2], std::byte{'c'});
-  // Tolerance for different rates of the wall clock and the steady clock.
+  // Tolerance for the different rates of the wall clock, which gives the stamps, and the steady clock.
   constexpr Duration kSlack = std::chrono::milliseconds(2);
   EXPECT_GE(came_, before - kSlack);
   EXPECT_LE(came_, after + kSlack) << "and not 60 ms later, when it was read";
@@ -91,11 +92,12 @@ TEST(BelievedAge, TheAgeOfADatagramDoesNotDependOnTheWallClock) {
     return from_seconds(std::exp(random.uniform(std::log(least_s), std::log(most_s))));
   };
   for (int trial = 0; trial < 10'000; ++trial) {
-    // The datagram waited in the socket between 1 µs and one day. The socket was last found empty up to 1 s before its
-    // arrival.
+    // Age: the time that the datagram waited in the socket, 1 µs to one day. The socket was last found empty up to 1 s
+    // before the datagram's arrival.
     const Duration age = span(1e-6, 86400), empty_for = age + span(1e-6, 1);
     EXPECT_EQ(believed_age(age, empty_for, empty_for), age);
-    // The wall clock is set by up to ten years, either while the datagram waits or before it arrives.
+    // The wall clock is set by up to ten years. If it is set while the datagram waits, the stamp gives a wrong age;
+    // otherwise it is set before the arrival.
     const Duration set_by = (random.uniform() < 0.5 ? 1 : -1) * span(1e-6, 3e8);
     const Duration waited = random.uniform() < 0.5 ? age + set_by : age;
     const Duration believed = believed_age(waited, empty_for, empty_for + set_by);
@@ -124,7 +126,8 @@ TEST_F(StampedReceive, IsNoOlderThanTheSocketWasEmptyByTheOwnClock) {
   const LocalTime empty = clock.now();
   ASSERT_EQ(send(from_, "abc", 3, 0), 3);
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  // Only 1 ms has passed on the steady clock, so the wall clock must have been set.
+  // During the 20 ms, the steady clock of this test advances by 1 ms only. The receiver must conclude that the wall
+  // clock was set, and ignore the stamp.
   clock.advance_to(empty + std::chrono::milliseconds(1));
   ASSERT_TRUE(receiver.receive(buffer_, clock, came_));
   EXPECT_EQ(came_, empty);

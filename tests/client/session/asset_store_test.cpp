@@ -74,15 +74,16 @@ TEST_F(DiskStore, NeverGivesBytesOfAnotherHashAndRemovesThem) {
 }
 
 TEST_F(DiskStore, StaysWithinItsLimitByRemovingTheLeastRecentlyUsedFiles) {
-  // Returns a new store, which is destroyed at the end of the statement and thereby writes its files. Consecutive runs
-  // of a program act like this.
+  // Opens the store for one statement. At the end of the statement, the store is destroyed and has written its files,
+  // as at the end of a program.
   const auto store = [this] { return disk_asset_store(directory_, 2500); };
   std::vector<proto::Sha256> hashes;
   for (const char letter : {'a', 'b', 'c'}) {
     const auto bytes = bytes_of(letter, 1000);
     hashes.push_back(proto::sha256_of(*bytes));
     store()->keep(hashes.back(), bytes);
-    // Sets the file times explicitly, because the clock of a file system may have a low resolution.
+    // The file times decide which file is the oldest. They are set explicitly, because the clock of a file system may
+    // have a low resolution.
     const auto hours = std::chrono::hours(letter == 'a' ? 1 : 2);
     for (const auto& entry : std::filesystem::directory_iterator(directory_)) {
       if (letter == 'c') continue;
@@ -131,7 +132,7 @@ TEST_F(DiskStore, IsReadByASeparateThreadWhileTheIoThreadContinues) {
     gate.pass();
     return read_asset_file(file);
   });
-  // This thread acts as the io thread. If it read from the disk, it would block at the gate forever.
+  // This thread acts as the io thread of the session. If it read a file, it would wait at the closed gate forever.
   StoreBench bench(store, joined_with_asset(content));
   bench.bench.wait(AssetFetcher::kStoreTimeout / 2);
   EXPECT_EQ(bench.bench.state(), "active");

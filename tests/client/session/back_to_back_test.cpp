@@ -165,8 +165,8 @@ TEST(SessionsBackToBack, DamagedBytesNeverCrashAndNeverLastLongerThanTheDamage) 
     net.damage = {};
     net.run(10'000);
     for (test::WiredClient* client : {&ada, &ben}) {
-      // Damaged bytes may look like a refusal by the server, but must have no worse effect: each session stays active
-      // or reports a set-up error.
+      // Damaged bytes may look like a refusal by the server, which ends a session with a set-up error. They must have
+      // no worse effect.
       const SessionStatus& status = client->session.status();
       EXPECT_TRUE(status.state == SessionState::kActive || status.is_setup_error) << status.why;
     }

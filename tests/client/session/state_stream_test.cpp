@@ -206,8 +206,8 @@ TEST(StateStream, ADeadbandPassesPerceptibleChangesAtOnce) {
     return state;
   };
   EXPECT_EQ(datagrams_in_a_second(0.1, jerky), 1000U);
-  // A button is pressed and released between two datagrams of the minimum rate. Each change must cause one more
-  // datagram.
+  // At rest, 100 datagrams are sent in the second. A button is pressed and released between two of them. Each of these
+  // two changes must cause one more datagram.
   const auto pressed = [](int ms) { return ms >= 505 && ms < 512 ? std::uint32_t{kButtonGrab} : 0U; };
   const std::size_t sent = datagrams_in_a_second(0.1, resting, pressed);
   EXPECT_GT(sent, 100U);

@@ -32,8 +32,8 @@ bool eventually(const Poll& poll, const Done& is_done) {
   return true;
 }
 
-/// Returns whether a process has ended. An orphan that has ended may remain as a zombie, so its state is read from
-/// /proc; a signal would still reach a zombie.
+/// Returns true if a process has ended. Its state is read from /proc, because an orphan that has ended may remain as a
+/// zombie, to which signals can still be sent.
 bool has_ended(pid_t process) {
   std::ifstream in("/proc/" + std::to_string(process) + "/stat");
   const std::string stat{std::istreambuf_iterator<char>(in), {}};
@@ -101,7 +101,7 @@ TEST_F(StartFlowTest, TheReasonOfAServerThatDoesNotStartIsShown) {
 }
 
 TEST_F(StartFlowTest, TheReasonIsShownAlsoIfItComesAfterTheEndOfTheServer) {
-  // A child process of the server writes the message after the server has been reaped.
+  // The server ends at once. Its child process waits until the server is reaped, and only then writes the message.
   serve("(while kill -0 $$; do sleep 0.01; done; echo 'tandem-server: no space is left') 2>/dev/null & exit 2");
   StartFlow flow = this->flow();
   flow.open({.scene = "wall"});
@@ -252,8 +252,8 @@ TEST(ChildProgram, IsKilledIfItIgnoresTheRequest) {
   EXPECT_EQ(child.exit_code(), 128 + SIGKILL);
 }
 
-/// Runs a shell script whose first line of output is the id of a process that the script has started, then destroys its
-/// ChildProgram. Fails if the destruction takes about as long as that process. Returns the id.
+/// Returns the id of a process that `script` starts and prints in its first line. Runs the script as a ChildProgram and
+/// then destroys the ChildProgram. Fails if the destruction waits for that process.
 pid_t process_left_by(const std::string& script) {
   auto program = std::make_unique<ChildProgram>("/bin/sh", std::vector<std::string>{"-c", script});
   std::vector<std::string> lines;

@@ -40,7 +40,8 @@ std::string add_asset(AssetMap& assets, const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(hash.data()), hash.size()};
 }
 
-/// Adds a drawing asset for a mesh. Returns the hash of the surface asset to which the drawing belongs.
+/// Adds an asset with the drawing of a mesh. Returns the hash of a surface asset that does not exist here; the drawing
+/// belongs to it.
 std::string add_drawing(wire::Joined& joined, AssetMap& assets, const geometry::TriangleMesh& mesh) {
   const std::string surface(32, 's');
   wire::AssetInfo& info = *joined.add_assets();
@@ -245,8 +246,8 @@ TEST(DrawnScene, ASoftMeshFollowsTheReceivedNodes) {
   const DrawnScene scene = make_drawn_scene(joined, assets);
   EXPECT_THAT(scene.missing, SizeIs(0));
   ASSERT_THAT(scene.soft_bodies[0].mesh, SizeIs(3 * ball.triangles.size()));
-  // Each node is displaced along the world's x axis by a tenth of its height. The server would send such offsets for a
-  // sheared body.
+  // Offsets as the server sends them for a sheared body: each node is displaced along the world's x axis by a tenth of
+  // its height.
   std::vector<Vec3> offsets;
   for (const proto::NearPlaces& nodes : proto::soft_lattice_nodes(ball.vertices)) {
     Vec3 offset = Vec3::Zero();

@@ -32,8 +32,8 @@ struct Glyph {
   int list = 0;
 };
 
-/// Returns the boxes of all glyphs of a frame. A glyph is a quad whose corners have different coordinates in the font's
-/// texture.
+/// Returns the boxes of all glyphs of a frame. Among the drawn quads, a glyph is one whose corners have different
+/// texture coordinates.
 std::vector<Glyph> glyphs_of(const ImDrawData& data) {
   std::vector<Glyph> glyphs;
   for (int l = 0; l < data.CmdListsCount; ++l) {

@@ -229,7 +229,8 @@ TEST(MolecularSurface, StaysWithinTheLimitOfTriangles) {
     EXPECT_GT(mesh.size() / 3, max_triangles / 10) << "coarser, and still there";
     EXPECT_TRUE(Welded(mesh).is_closed());
   }
-  // Atoms so far apart that each has a separate surface must not exceed the limit of triangles either.
+  // The atoms are so far apart that each has a separate surface. All surfaces together must not exceed the limit of
+  // triangles.
   std::vector<Vec3> scattered;
   for (int i = 0; i < 1000; ++i) scattered.emplace_back(1000.0 * (i % 10), 1000.0 * (i / 10 % 10), 1000.0 * (i / 100));
   EXPECT_LE(surface_of(carbons(scattered), 5000).size() / 3, 5000U);

@@ -86,7 +86,7 @@ TEST(ContactSolver, ABoxSinksByItsLoadOverStiffnessAndArea) {
     scene.X_WB.p.z() = 0.005;
     scene.load_W.f.z() = -3;
     scene.run(1);
-    // The lowest rows of points on the side faces are also below the floor, so their areas count, too.
+    // Pressed area: the bottom face, and the lowest rows of points on the side faces, which are also below the floor.
     double area_m2 = 0;
     for (const SurfaceSample& sample : scene.samples) area_m2 += sample.p_B.z() < -0.004999 ? sample.area_m2 : 0;
     const double expected_m = 3 / (stiffness_n_per_m3 * area_m2);
@@ -102,7 +102,7 @@ TEST(ContactSolver, ALoadAboveTheSoftLayersLimitRestsAtTheRigidDepth) {
   scene.inertia_B = box_inertia(scene.mass_kg, size_m);
   scene.samples = box_samples(size_m, 8);
   scene.planes = {{}};
-  scene.stiffness_n_per_m3 = 1e7;  // soft: 10 N on an area of 1 cm² would cause a depth of 1 cm
+  scene.stiffness_n_per_m3 = 1e7;  // so soft that 10 N on 1 cm² would cause a depth of 1 cm without the rigid limit
   scene.X_WB.p.z() = 0.005;
   scene.load_W.f.z() = -10;
   scene.run(0.5);

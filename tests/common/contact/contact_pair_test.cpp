@@ -30,7 +30,8 @@ std::map<std::uint32_t, double> depths(std::span<const ContactPoint> contacts) {
   return by_id;
 }
 
-// For each point of the shell in the search band, stores the depth by the point's id.
+// Reference for the search: stores the depth of each point of the shell that is within the search band, by the point's
+// id.
 void add_all_depths(const PointShell& shell, const DistanceField& field, const Pose& X_FP, std::uint32_t id_bits,
                     std::map<std::uint32_t, double>& by_id) {
   for (std::uint32_t i = 0; i < shell.points.size(); ++i) {
@@ -221,8 +222,9 @@ TEST(ContactPair, SmallToolMayTurnOnALargeTable) {
   double work = 0;
   double first_work = 0;
   for (int i = 0; i < 100; ++i) {
-    // The tool is far from the table's origin. When the tool rotates, the table's points move far in the tool's frame.
-    // A search that bounds the motion only in the tool's frame would query all points again in each step.
+    // The tool rotates, 0.2 m from the table's origin. Seen from the tool, the table's points move far, although the
+    // tool hardly moves relative to the points below it. Fails if the search bounds the motion only in the tool's
+    // frame: it would query all points again in each step.
     const Pose X_WA{Vec3(0.2, 0.1, 0.0199), quaternion_of(Vec3(0, 0, 2e-3 * i))};
     (i == 0 ? first_work : work) += queries(pair.find(X_WA, {}, kBand_m));
     ASSERT_NEAR(deepest_m(pair.contacts()), 1e-4, 2e-5);
@@ -280,7 +282,8 @@ TEST(ContactPair, OverBudgetTheDeepestPlaceIsStillFound) {
   }
 }
 
-// Returns the number of leaves with a point deeper than `depth_m`, and the number of such points.
+// Returns the number of leaves of the shell's tree that have a point deeper than `depth_m`, and the number of such
+// points.
 std::pair<std::size_t, std::size_t> count_deep(const PointShell& shell, const DistanceField& field, const Pose& X_FP,
                                                double depth_m) {
   std::size_t leaves = 0;
@@ -314,12 +317,12 @@ TEST(ContactPair, ParallelSurfacesTakeLeavesForPoints) {
       const auto pressing = std::count_if(pair.contacts().begin(), pair.contacts().end(),
                                           [](const ContactPoint& contact) { return contact.depth_m > 9e-5; });
       EXPECT_GT(of_block.second + of_table.second, 4800U);
-      // Some leaves of the table's points extend beyond the edge of the block. There the face of the block ends, so
-      // these leaves need several contacts.
+      // Expected: one contact for each leaf. The limit is 30 % higher, because some leaves of the table extend beyond
+      // the edge of the block's face and need several contacts.
       EXPECT_LT(pressing, 1.3 * (of_block.first + of_table.first)) << "more than one a leaf";
     }
-    // The tilt is below 10 mrad. With a larger tilt, the far side of the block would lift off, and the force would not
-    // be linear in the tilt.
+    // The expected moment is linear in the tilt. This is valid below 10 mrad; with a larger tilt, the far side of the
+    // block would lift off.
     const ContactWrench net = contact_wrench(pair.contacts(), 5e9, X_WA.p);
     const double moment_n_m = stiffness_n_per_m * tilt_rad * 0.02 * 0.02 / 12;
     EXPECT_NEAR(net.on_a_W.f.z(), stiffness_n_per_m * 1e-4, 0.02 * stiffness_n_per_m * 1e-4) << tilt_rad;
@@ -393,7 +396,8 @@ TEST(ContactPair, BristlesTurnWithBAndStayTangential) {
   const Pose X_WB{Vec3(0.3, 0, 0), quaternion_of(Vec3(0.2, -0.4, 0.3))};
   pair.find(X_WB * X_BA, X_WB, kBand_m);
   for (const ContactPoint& contact : pair.contacts()) {
-    // The sphere's surface curves away from the points of the box, so each point has a different normal.
+    // The bristle (elastic tangential displacement) must be tangential to each contact's own normal. The normals
+    // differ, because the sphere's surface curves away from the points of the box.
     const Vec3 turned_W = X_WB.q * Vec3(1e-5, 2e-5, 0);
     const Vec3 tangential_W = turned_W - contact.normal_W * contact.normal_W.dot(turned_W);
     EXPECT_LT((contact.bristle_W - tangential_W).norm(), 1e-15);
@@ -422,8 +426,9 @@ TEST(ContactPair, BristlesSurviveWhenPointsAreMerged) {
   const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
   ContactPair pair(2048);
   pair.bind(&block, &table);
-  // The tilted box touches the table with an edge only, and the budget suffices for the points of the edge. The budget
-  // does not suffice for the flat face, whose points are merged. The bristles must not be lost in this change.
+  // The tilted box touches the table with an edge, and each point of the edge is one contact. When the box lies flat,
+  // its face has more points than the budget, so the points are merged. The bristles (elastic tangential displacements)
+  // must not be lost by the merging.
   const Pose X_tilted{Vec3(0, 0, 0.0205), quaternion_of(Vec3(0, 0.3, 0))};
   const Pose X_flat{Vec3(0, 0, 0.0149), Quat::Identity()};
   EXPECT_FALSE(pair.find(X_tilted, {}, kBand_m).is_coarse);

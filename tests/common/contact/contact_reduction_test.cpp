@@ -131,8 +131,8 @@ Middle middle_of(const Patch& patch) {
   return middle;
 }
 
-// Converts all entries of the derivative to forces per displacement. A rotation counts as its displacement at the
-// distance `radius_m`.
+// Scales the derivative so that all entries are forces per displacement. A rotation counts as the displacement that it
+// causes at the distance `radius_m`.
 Mat6 in_units_of(double radius_m, const Mat6& derivative) {
   Vec6 unit;
   unit << Vec3::Ones(), Vec3::Constant(1 / radius_m);
@@ -146,7 +146,8 @@ double wrench_error(const Wrench& a, const Wrench& b, const Middle& middle) {
 struct Kind {
   std::string name;
   Patch (*make)(Numbers&);
-  double derivative_error;  ///< limit; slightly above the largest error in 2,000 random patches
+  /// Limit of the derivative's error, slightly above the largest error in 2,000 random patches
+  double derivative_error;
 };
 
 class Reduction : public testing::TestWithParam<Kind> {};
@@ -231,8 +232,8 @@ TEST(ContactWrench, DerivativeIsThatOfFiniteDifferences) {
     Patch patch;
     std::vector<ReducedContact> reduced;
     for (int i = 0; i < 20; ++i) {
-      // The large depths give the forces a significant part of the derivative, so that a derivative without this part
-      // fails.
+      // One part of the derivative is proportional to the forces. The large depths make this part significant, so that
+      // a derivative without it fails.
       patch.push_back(contact_at(random.vector(0.01), random.vector(1), random.between(1e-3, 5e-3)));
       reduced.push_back({random.vector(0.01), random.vector(1).normalized(), random.vector(5), 1e3});
     }
@@ -261,8 +262,8 @@ TEST(ContactWrench, AContactWithoutPressureHasNone) {
   EXPECT_EQ(net.derivative, Mat6::Zero());
 }
 
-// Returns the contacts of a sphere that rolls into a groove: first on one wall, then on both. Points of the sphere
-// enter and leave the contact.
+// Returns the contacts of a sphere that rolls into a groove: first on one wall, then on both. `way` is the progress of
+// the motion. Points of the sphere enter and leave the contact.
 Patch rolling(double way) {
   Patch patch;
   constexpr int kPoints = 8000;

@@ -57,8 +57,8 @@ TEST(ContactRows, DerivativeIsThatOfTheWrenchStickingSlippingAndHard) {
       rows.evaluate(terms, twist, FrictionLimit::kKept);
       const Mat6 derivative = rows.derivative(terms);
       for (int k = 0; k < 6; ++k) {
-        // Step of the finite differences [m/s]. A kink of the force would falsify the difference only if it lies within
-        // this step, which happens in one of several thousand draws.
+        // Step of the finite differences [m/s]. A difference is wrong if the force has a kink within the step. The step
+        // is so small that this happens in one of several thousand draws.
         constexpr double kDifference = 1e-7;
         const auto wrench = [&](double by) {
           Twist moved = twist;

@@ -64,7 +64,8 @@ TEST(ContactShape, BoundsItsPoints) {
 }
 
 TEST(ContactShape, HasItsPointsOnTheSurfaceOfItsField) {
-  // Two shapes: a solid and a bent sheet. The surface of the sheet is the surface of the plate around it.
+  // Two shapes: a solid and a bent sheet. A sheet is represented by a thin plate around it, so its points lie on the
+  // surface of the plate.
   const geometry::ContactMesh roof{
       height_field(0.02, 20, [](double x, double) { return 0.5 * std::abs(x); }), geometry::SurfaceKind::kSheet, {}};
   for (const geometry::ContactMesh& mesh : {mesh_box(Vec3(0.01, 0.008, 0.006)), roof}) {
@@ -191,7 +192,8 @@ TEST_F(ContactAsset, IsTheSameShapePacked) {
   EXPECT_EQ(contact_asset_bytes(*contact_shape_from(packed), 0), asset);
 }
 
-// Malicious bytes: a few kilobytes may declare gigabytes of zeros, or decompress to many megabytes.
+// A few malicious kilobytes may declare gigabytes of zeros, or decompress to many megabytes. The reader must refuse
+// them.
 TEST_F(ContactAsset, UsesNoMoreMemoryThanAllowed) {
   const auto shape = contact_shape_from(asset);
   EXPECT_TRUE(contact_shape_from(asset, shape->memory_bytes()));
@@ -203,7 +205,7 @@ TEST_F(ContactAsset, UsesNoMoreMemoryThanAllowed) {
   std::span<const std::uint8_t> rest(bomb);
   ByteReader reader(rest);
   EXPECT_FALSE(geometry::read_block(reader, std::size_t{1} << 20U));
-  // This block declares a smaller size than its data has after decompression.
+  // The block now declares 1,000 bytes, which is less than its data has after decompression.
   const std::uint32_t stated = 1000;
   std::memcpy(bomb.data(), &stated, sizeof(stated));
   rest = bomb;
@@ -214,8 +216,8 @@ TEST_F(ContactAsset, IsOnlyMadeOfMeshes) {
   EXPECT_THROW(contact_asset_bytes(*make_contact_sphere(0.005)), std::invalid_argument);
 }
 
-// The origin (the key of a cache) has no prescribed format. If any input of the asset differs, the origins must differ;
-// otherwise the cache would return the wrong asset.
+// The origin of an asset is the key under which a cache stores it; its format is free. If any input of the asset
+// differs, the origins must differ. Otherwise the cache would return a wrong asset.
 TEST_F(ContactAsset, ItsOriginContainsEverythingThatItsBytesDependOn) {
   const geometry::ContactMesh mesh = mesh_box(Vec3(3e-3, 3e-3, 2e-3));
   std::vector<std::vector<std::uint8_t>> origins{contact_asset_origin(mesh, {})};

@@ -69,8 +69,8 @@ TEST(ContactSolver, BodiesThatTouchKeepTheirTotalMomentum) {
     if (results[0].normal_force_n > 0 && results[1].normal_force_n > 0) ++touching;
     ASSERT_LT((now.linear - old.linear).norm(), 1e-9) << "seed " << kSeed << " draw " << draw;
     ASSERT_LT((now.angular - old.angular).norm(), 1e-10) << "seed " << kSeed << " draw " << draw;
-    // The reported wrenches must explain the change of velocity of each body. Body b receives the opposite of the
-    // wrench on a.
+    // The change of each body's velocity must follow from the reported wrenches. A wrench acts on body a of its patch;
+    // body b receives the opposite wrench.
     const Vec3 on_second = -kStep_s * results[0].on_a_W.f;
     ASSERT_LT((2 * (bodies[1].V_WC.v - before[1].V_WC.v) - on_second).norm(), 1e-9);
     const Vec3 about_centre = results[1].on_a_W.t - bodies[2].p_WC.cross(results[1].on_a_W.f);

@@ -107,8 +107,9 @@ TEST(ContactSolver, ABodyThatStartsInsideIsPushedOutSlowly) {
       TouchScene scene = ball(solver, mass_kg, 1000);
       scene.stiffness_n_per_m3 = stiffness_n_per_m3;
       scene.X_WB.p.z() = 0.002;
-      // The solver allows two speeds of recovery (ContactRows): ρ / (h + τ) in the layer and 0.2 m/s in the floor. No
-      // ball may be faster than the larger of both.
+      // The solver limits the speed at which it pushes a ball out (ContactRows). The limit is ρ / (h + τ) in the soft
+      // layer, with the rigid depth ρ, the step h and the dissipation time τ. Below the layer it is 0.2 m/s. The larger
+      // limit must hold.
       const double fastest = std::max(scene.rigid_depth_m / (kStep_s + scene.dissipation_s), 0.2);
       for (int i = 0; i < 200; ++i) {
         scene.step();
@@ -128,8 +129,8 @@ TEST(ContactSolver, AJumpOfTheHandDoesNotPullTheToolThroughAWall) {
       c.force_limit_n = limit_n;
       const auto law = haptics::make_coupling_law("spring-damper", c);
       TouchScene scene = ball(solver, mass_kg, 500);
-      // Each face of the wall acts on the points that are nearer to this face. If the ball passed the middle of the
-      // wall, the second face would push it out at the back.
+      // The wall lies between z = −2 mm and z = 0. Each of its two faces acts on points that are at most 1 mm deep. If
+      // the ball passed the middle of the wall, the second face would push it out at the back.
       scene.planes = {{Vec3::UnitZ(), 0, 1e-3}, {-Vec3::UnitZ(), 2e-3, 1e-3}};
       scene.law = law.get();
       scene.X_WB.p.z() = 0.0052;

@@ -25,8 +25,9 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 constexpr std::uint64_t kSeed = 5;
-constexpr double kQuantumM = 0.25e-6;  ///< quantum of samples with the default options: (band + brick diagonal) / 32767
-constexpr double kCodedM = 0.94e-6;    ///< largest quantization error with the default options: 1/32 of the tolerance
+/// Resolution of stored distances with the default options: (band + brick diagonal) / 32767
+constexpr double kQuantumM = 0.25e-6;
+constexpr double kCodedM = 0.94e-6;  ///< largest error of a stored distance, default options: 1/32 of the tolerance
 
 std::unique_ptr<DistanceGrid> grid_of(const geometry::TriangleMesh& mesh, const ContactShapeOptions& options = {},
                                       geometry::SurfaceKind kind = geometry::SurfaceKind::kSolid) {
@@ -86,9 +87,10 @@ TEST(DistanceGrid, IsRightToItsStatedErrorInTheWholeBand) {
 }
 
 TEST(DistanceGrid, SphereIsTheFormula) {
-  // Sagitta: largest distance of the mesh from the sphere of radius r. An edge of a triangle spans the angle α =
-  // (π/2)/32. The middle of a triangle is about 0.75 α from its corners, so it is r (1 − cos(0.75 α)) = 14 µm below the
-  // sphere.
+  // Sagitta kSagM: largest distance of the mesh from the sphere of radius r. It follows in three steps:
+  // 1. An edge of a triangle spans the angle α = (π/2)/32.
+  // 2. The middle of a triangle is about 0.75 α from its corners.
+  // 3. It is therefore r (1 − cos(0.75 α)) = 14 µm below the sphere.
   constexpr double kRadiusM = 0.02;
   constexpr double kSagM = 14e-6;
   const auto grid = grid_of(sphere_mesh(kRadiusM, 5));
@@ -160,8 +162,8 @@ TEST(DistanceGrid, HasNoStepsAcrossBricksOfAnyLevel) {
       p += step;
       const double after = grid->distance_m(p);
       if (std::max(std::abs(before), std::abs(after)) < grid->band_m()) {
-        // A trilinear interpolant of distances has a slope of at most √3. A larger change would be a discontinuity
-        // between bricks.
+        // The slope of a trilinear interpolant of distances is at most √3. A larger change means a discontinuity
+        // between two bricks.
         ASSERT_NEAR(after, before, std::sqrt(3.0) * kStepM + kQuantumM) << p.transpose();
         ++compared;
       }

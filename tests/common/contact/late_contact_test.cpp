@@ -12,8 +12,9 @@
 namespace tandem::contact {
 namespace {
 
-// A box is moved sideways into another box within one step, until they overlap by 0.3 mm. The overlap appears at once,
-// as if earlier searches with a small budget had missed it. At its full depth it would throw the boxes apart.
+// In one step, a box is moved sideways into another box until they overlap by 0.3 mm. Earlier searches have not seen
+// this overlap, as if their budget had been too small. Fails if it counts at its full depth: the boxes would be thrown
+// apart.
 TEST(ContactPair, ALateFoundContactGetsDeeperGradually) {
   const ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));
   const auto at = [](double x_m, double z_m) { return Pose{Vec3(x_m, 0, z_m), Quat::Identity()}; };
@@ -40,8 +41,8 @@ TEST(ContactPair, ALateFoundContactGetsDeeperGradually) {
   EXPECT_NEAR(deepest_of(pair), 2 * kDeep_m, 1e-6) << "depth caused by its own motion must count at once";
 }
 
-// Half of a box's face is rough and has more points than the budget. The flat half must still be represented as a face;
-// represented by a few single points, it would have a wrong force.
+// Half of a box's face is rough and has more points than the budget, so the search uses larger nodes of the tree. The
+// flat half must still be represented as a face. A few single points would give a wrong force.
 TEST(ContactPair, AFlatFaceIsAFaceAtACoarseLevelToo) {
   const Vec3 size_m(0.04, 0.02, 0.01);
   std::vector<ShellPoint> points = box_points(size_m, 2e-4);
@@ -67,8 +68,8 @@ TEST(ContactPair, AFlatFaceIsAFaceAtACoarseLevelToo) {
   }
 }
 
-// A contact that was not found while it was shallow must not become deeper than the rigid depth. Otherwise both sides
-// of a thin wall would push a body that overlaps the wall.
+// A contact that is found only when it is deep must be limited to the rigid depth. Otherwise both faces of a thin wall
+// would push a body that overlaps the wall.
 TEST(ContactPair, ALateFoundContactStopsAtTheRigidDepthAndIsNotPushedOut) {
   constexpr double kRigid_m = 5e-5, kDeep_m = 3e-4;
   ContactShape box = without_flat_parts(box_shape(Vec3::Constant(0.02)));

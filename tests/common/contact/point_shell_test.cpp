@@ -85,8 +85,8 @@ TEST(PointShell, SharesTheWholeSurfaceAmongItsPoints) {
     EXPECT_NEAR(shell.area_m2() / area_m2(subject.mesh), 1, 1e-5) << subject.name;
     for (const ShellPoint& point : shell.points) {
       ASSERT_GT(point.area_m2, 0) << subject.name;
-      // The surface assigned to a point lies in a ball around the point whose radius is the spacing. A larger area
-      // would be an error of the division.
+      // The surface assigned to a point lies in a ball around the point whose radius is the spacing. The limit is twice
+      // the area of a disc with this radius. A larger area would be an error of the division.
       ASSERT_LT(point.area_m2, 2 * std::numbers::pi * 4.5e-4 * 4.5e-4) << subject.name;
       ASSERT_NEAR(point.normal_S.norm(), 1, 1e-5) << subject.name;
     }
@@ -100,8 +100,8 @@ TEST(PointShell, SpreadsItsPointsApart) {
       ASSERT_GT((shell.points[i].p_S - shell.points[k].p_S).norm(), 0.89F * 4.5e-4F);
     }
   }
-  // The densest random packing of discs has 0.70 discs per square of their diameter. The bound is larger because the
-  // sphere is small. More points would only make the search slower.
+  // Densest random packing: 0.70 discs per square of their diameter, which is 0.9 of the spacing here. The limit is
+  // 0.8, because the sphere is small. More points would only make the search slower.
   EXPECT_LT(static_cast<double>(shell.points.size()), 0.8 * shell.area_m2() / std::pow(0.9 * 4.5e-4, 2));
 }
 
@@ -344,8 +344,8 @@ TEST(PointShell, RefusesNumbersOutOfRange) {
 }
 
 TEST(PointShell, EndsWhereSinglePrecisionCannotDivideASurface) {
-  // At 700 m and at 70 km, the resolution of single precision is 60 µm and 8 mm, so sample points coincide. A sampler
-  // without a limit of halvings would not end.
+  // A cube far from the origin. At 700 m and at 70 km, the resolution of single precision is 60 µm and 8 mm, so sample
+  // points coincide. Fails by not ending if the sampler halves triangles without a limit.
   for (const double distance_m : {700.0, 7e4}) {
     geometry::ContactMesh mesh{geometry::tessellated_box(Vec3::Constant(0.005)), geometry::SurfaceKind::kSolid, {}};
     for (Vec3& vertex : mesh.mesh.vertices) vertex.x() += distance_m;

@@ -23,9 +23,11 @@ constexpr double kFewPoints_n = 0.07;
 // Mean error of sampled distances [m], which limits the accuracy of the force.
 constexpr double kDistance_m = 3e-7;
 
-/// Force and torque, per metre along y, of an elastic foundation with the stiffness kStiffness on a tilted box. The
-/// box's lowest edge is at x = 0, `depth_m` below the floor; its bottom rises along x by the angle `tilt`. The torque
-/// is about this edge at the height of the floor.
+/// Reference: force and torque, per metre along y, of an elastic foundation with the stiffness kStiffness on a tilted
+/// box.
+/// - The lowest edge of the box is at x = 0, `depth_m` below the floor.
+/// - The bottom of the box rises along x by the angle `tilt`.
+/// - The torque is about the line at x = 0 at the height of the floor.
 struct Pressed {
   double f_x = 0, f_z = 0;
   double t_y = 0;

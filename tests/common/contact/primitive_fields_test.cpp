@@ -37,8 +37,8 @@ Vec3 random_point(Random& random, double size_m) {
 }
 
 TEST(PrimitiveFields, AgreeWithTheDistanceToTheirTessellation) {
-  // Largest distance of the tessellation from the exact surface: R (1 − cos(π/96)) around the axis, and as much again
-  // along an arc.
+  // Largest distance of the tessellation from the exact surface with the radius R: R (1 − cos(π/96)) = 5.4e-4 R around
+  // the axis, and as much again along an arc.
   const double chord = 2 * kRadius * 5.4e-4;
   for (const Primitive& primitive : primitives()) {
     const geometry::TriangleTree tree(primitive.outline);
@@ -71,8 +71,8 @@ TEST(PrimitiveFields, HaveTheGradientOfTheirDistance) {
       // there; these points are skipped.
       if (difference.norm() < 1 - 1e-4) continue;
       ++checked;
-      // The difference quotient is this accurate because the second derivative of a distance is at most 1/r and the
-      // third at most 1/r², where r is the distance to the axis or edge.
+      // The tolerance is the error of the difference quotient. The second derivative of a distance is at most 1/r and
+      // the third at most 1/r², where r is the distance to the axis or edge.
       EXPECT_LT((sample.gradient - difference).norm(), 1e-4) << primitive.name << " at " << p.transpose();
     }
     EXPECT_GT(checked, 4900) << primitive.name;

@@ -1,5 +1,6 @@
-// Tests the cut through the tree, which the search stores from step to step. After motion, the cut must be as fine and
-// as small as a new cut; otherwise contacts would be missed, or the cost would grow with the length of the path.
+// Tests the cut: the set of tree nodes that the search stores from step to step. After a motion, the stored cut must be
+// as fine and as small as a newly built cut. A coarser cut would miss contacts; a larger one would cost more with each
+// step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -97,8 +98,9 @@ TEST(ShellCut, PlanesFartherThanTheBandAreNoContacts) {
   EXPECT_FALSE(pair.contacts().empty());
 }
 
-// Squares of points lie across the edge of a table, each in another plane, so each square is above two planes of the
-// table. The budget suffices for the contacts with one plane per square only. No square may be omitted.
+// Squares of points lie across the edge of a table, so each square is above two planes of the table. Neighbouring
+// squares have different heights. The budget suffices for the contacts with one plane per square only. No square may be
+// left without a contact.
 TEST(ShellCut, NodesAboveSeveralPlanesFitWhereEachHasRoomForOne) {
   constexpr int kSquares = 24;
   const Vec3 table_m(0.02, 0.4, 0.02);
@@ -144,8 +146,8 @@ TEST(ShellCut, IsFineSoonAfterAHardLanding) {
 }
 
 TEST(ShellCut, APointThatNoSampleStoodForIsFound) {
-  // While the whole face is in contact, the search samples only some points of a large node. Then the block is tilted
-  // onto a corner. The point of the corner must be found, even if it was not among the sampled points.
+  // The whole face is in contact, so the search samples only some points of a large node. Then the block is tilted onto
+  // a corner. The point of this corner must be found, even if it was not among the sampled points.
   const ContactShape block = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.04)));
   const ContactShape table = box_shape(Vec3(0.4, 0.1, 0.02), 4e-3);
   ContactPair pair(64), all(40'000);

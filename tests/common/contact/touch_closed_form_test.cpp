@@ -153,9 +153,9 @@ TEST(TouchClosedForm, AnEdgeOnAPlaneIsPushedAlongThePlanesNormal) {
       const auto above = [&](double top_m) { return Pose{{0, 0, top_m + reach_m - depth_m}, q}; };
       expect_depth_and_direction({box, large, above(0.025), Vec3::UnitZ(), depth_m}, what + ", box");
       expect_depth_and_direction({mesh_box, large, above(0.025), Vec3::UnitZ(), depth_m}, what + ", mesh");
-      // The floor's points are pushed out through the nearest face of the box, which is not perpendicular to the floor.
-      // Their lateral forces do not exceed those of the box's points. A wedge that is 50 µm deep has only few points,
-      // which causes an error of some hundredths of a newton.
+      // Tolerance of the force's direction. The floor's points also press, and the nearest face of the box pushes them
+      // obliquely. Their lateral forces do not exceed those of the box's points. A wedge that is 50 µm deep has only
+      // few points, so its error is larger.
       const double angle = (depth_m < 1e-4 ? 4.5 : 1.5) * kOneDegree;
       expect_depth_and_direction({mesh_box, mesh_floor, above(0.005), Vec3::UnitZ(), depth_m, angle},
                                  what + ", two meshes");
@@ -203,9 +203,8 @@ TEST(TouchDerivative, IsThatOfTheSearchForABallAndAnEdgeOnAPlane) {
     for (const double depth_m : {1e-4, 3e-4}) {
       EXPECT_LT(derivative_error(*ball, *below, {{0, 0, 0.045 - depth_m}, q}, 0.02), 0.1) << depth_m;
       const double edge_m = 0.025 + 0.01 * std::sqrt(2.0) - depth_m;
-      // If an edge moves sideways or rotates, the pressed region of the floor moves with the edge, and the depths of
-      // the floor's points change because of the crease. The derivative of a single contact does not include this
-      // change.
+      // The derivative of single contacts omits two effects of an edge that moves sideways or rotates. The pressed
+      // region of the floor moves with the edge, and the floor's points change their depth at the crease.
       const Vec3 moved_along = below == floor ? Vec3(Vec3::Ones()) : Vec3(1, 0, 1);
       EXPECT_LT(derivative_error(*box, *below, {{0, 0, edge_m}, q}, 0.02, moved_along), below == floor ? 0.1 : 0.2)
           << depth_m;

@@ -38,7 +38,7 @@ class TouchRig {
   Pose X_WB;
   Twist V_WB;
   const haptics::CouplingLaw* law = nullptr;
-  double coupling_force_n = 0;  ///< force limit of the law
+  double coupling_force_n = 0;  ///< largest force of the coupling law
   Pose X_BT;
   Pose X_WH;
   Twist V_WH;
@@ -122,7 +122,8 @@ class TouchRig {
 
   Eigen::Matrix3d inertia_W() const { return X_WB.q * inertia_B * X_WB.q.conjugate().toRotationMatrix(); }
 
-  /// Returns the search distance [m], computed as in common/physics/touch/touch_stage.cpp.
+  /// Returns the search distance [m]: the distance that the body may move in a step, with a margin.
+  /// common/physics/touch/touch_stage.cpp has the same formula.
   double band_m() const {
     const double gained = (coupling_force_n + mass_kg * gravity_m_per_s2) / mass_kg * kStep_s;
     const double speed = V_WB.v.norm() + V_WB.w.norm() * 2 * shape->radius_m() + gained;

@@ -87,10 +87,11 @@ struct Range {
   double most_m = std::numeric_limits<double>::infinity();
 };
 
-/// Reference for one closed or nearly closed surface. Points with a winding number above ½ are inside. A triangle
-/// belongs to the border unless the inside is on both of its sides. Triangles that cross others are subdivided into
-/// pieces, so the distance to the border is known as a range: from the nearest piece that may belong to the border to
-/// the nearest piece that certainly does.
+/// Reference for one closed or nearly closed surface.
+/// - A point is inside if its winding number is above ½.
+/// - A triangle belongs to the border unless both of its sides are inside.
+/// - Triangles that cross others are divided into small pieces. The distance to the border is therefore a range: from
+///   the nearest piece that may belong to the border to the nearest piece that certainly does.
 class Judge {
  public:
   explicit Judge(const TriangleMesh& mesh) : surface_(triangles_of(mesh)) {
@@ -136,8 +137,8 @@ class Judge {
     const double edge_m = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     int inner = 0, border = 0;
     if (crossing.empty()) {
-      // Two kinds of triangles need several sample points: those that lie on another triangle without crossing it, and
-      // those beside a hole.
+      // One sample point is not enough for two kinds of triangles: those that lie on another triangle without crossing
+      // it, and those beside a hole. Parts of such a triangle may be inside.
       constexpr int kSamples = 3;
       for (int i = 0; i <= kSamples; ++i) {
         for (int k = 0; k <= kSamples - i && (inner == 0 || border == 0); ++k) {
@@ -171,7 +172,7 @@ class UnionJudge {
     for (const TriangleMesh& solid : solids) judges_.emplace_back(solid);
   }
 
-  /// Out     least_m, most_m  negative inside
+  /// Out     least_m, most_m  bounds of the distance to the union; negative inside
   Range at(const Vec3& p) const {
     Range outside, inside{0, 0};
     for (const Judge& judge : judges_) {
@@ -184,8 +185,8 @@ class UnionJudge {
     }
     return inside.least_m < 0 ? inside : outside;
   }
-  /// Returns true if the winding number is clearly above or below ½. Beside a hole, the number passes ½ although no
-  /// triangle is there, and a rounding error of the tree could change the side.
+  /// Returns true if the winding number of each solid is clearly above or below ½. Beside a hole, the number passes ½
+  /// where no triangle is. A rounding error of the tree could change the classification of such points.
   bool is_sure(const Vec3& p) const {
     return std::ranges::none_of(judges_, [&](const Judge& judge) {
       return std::abs(std::abs(judge.winding(p)) - 0.5) < 2 * geometry::WindingNumber::kTolerance;
@@ -219,8 +220,8 @@ TriangleMesh without_triangles(TriangleMesh mesh, std::vector<std::ptrdiff_t> tr
   return mesh;
 }
 
-/// A box with two faces that are divided at the midpoint of an edge. The faces on the other side of these edges are not
-/// divided (T-junctions).
+/// Returns a box with two T-junctions: two triangles are divided at the midpoint of an edge, but their neighbours
+/// across this edge are not.
 TriangleMesh box_with_t_junctions(const Vec3& size_m) {
   TriangleMesh mesh = box_mesh(size_m);
   for (const std::size_t triangle : {2U, 10U}) {

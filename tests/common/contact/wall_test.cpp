@@ -65,7 +65,7 @@ struct Encounter {
     made.add_obstacle(wall.shape);
     return made;
   }
-  /// Returns the depth of the tool's lowest point below the face from whose side the tool came.
+  /// Returns the depth of the tool's lowest point below the face on whose side the tool started.
   double depth_m(const TouchRig& rig) const {
     double lowest = 1;
     for (const ShellPoint& p : tool.shape->shells.surface.points) {
@@ -73,9 +73,9 @@ struct Encounter {
     }
     return wall.half_thickness_m - lowest;
   }
-  /// Upper bound of the penetration of a wall: the rigid depth, plus 0.1 mm per 1 m/s (ContactSolver). The second term
-  /// is doubled for a single corner. The bound is less than the thickness of the wall. In measurements, a corner that
-  /// hit the sheet reached 0.83 of the thickness.
+  /// Upper bound of the penetration of a wall: the rigid depth, plus 0.1 mm for each 1 m/s (ContactSolver), doubled for
+  /// a tool that hits with a corner. It is at most 0.85 of the wall's thickness. A corner that hit the sheet was
+  /// measured at 0.83.
   double most_m(double speed_m_per_s) const {
     const double fast_m = 1.7 * wall.half_thickness_m;
     return std::min(fast_m, wall.shape->rigid_depth_m + 2e-4 * std::max(1.0, speed_m_per_s));
@@ -140,7 +140,7 @@ void expect_jump_is_held(const Encounter& e, double limit_n, double gap_m) {
     rig.step();
     deepest_m = std::max(deepest_m, e.depth_m(rig));
   }
-  // Within a gap of 2 cm, the tool reaches the speed limit of 10 m/s.
+  // A tool that starts 2 cm from the wall reaches the speed limit of 10 m/s before it hits.
   EXPECT_LT(deepest_m, e.most_m(gap_m > 0 ? 10 : 1)) << e << ", " << limit_n << " N from " << gap_m << " m";
   EXPECT_GT(deepest_m, 0) << e << " does not reach the wall";
 }
@@ -153,8 +153,8 @@ TEST(Wall, StopsAToolWhoseHandleJumpsFiveCentimetresThroughIt) {
   });
 }
 
-/// A plate of 0.24 mm thickness about z = 0. The post beside the plate shifts the cells of 0.2 mm by half a cell. The
-/// faces of the plate are then between the corners of cells, where the interpolated depth is least accurate.
+/// Returns a plate of 0.24 mm thickness about z = 0. The post beside the plate shifts the grid cells of 0.2 mm by half
+/// a cell. The faces of the plate are then between the grid points, where the interpolated depth is least accurate.
 ShapePointer plate_between_cells() {
   return solid_of(
       geometry::joined(box_mesh({0.02, 0.02, 2.4e-4}), box_mesh({0.002, 0.002, 2.44e-3}, {0.02, 0, 1.1e-3})));

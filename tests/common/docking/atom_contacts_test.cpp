@@ -87,8 +87,8 @@ TEST(AtomContacts, AtomsNearerThanSevenTenthsOfTheirRadiiAreNamedByWhatTheyAre) 
   EXPECT_EQ(close(carbon, carbon, 2.37)[0].closeness, Closeness::kClash);
   EXPECT_NEAR(close(carbon, carbon, 2.37)[0].share, 2.37 / 3.4, 1e-12);
   EXPECT_EQ(close(carbon, carbon, 1.5)[0].closeness, Closeness::kBond);
-  // The hydrogen is 1.7 Å from the oxygen, which is 0.65 of the sum of their radii. If the hydrogen is bonded to
-  // nitrogen, this is a hydrogen bond; if it is bonded to carbon, a clash.
+  // The hydrogen is 1.7 Å from the oxygen, 0.65 of the sum of their radii. At this distance, a hydrogen that is bonded
+  // to nitrogen forms a hydrogen bond. One that is bonded to carbon is a clash.
   ASSERT_EQ(close(ammonia, oxygen, 2.71).size(), 1U);
   EXPECT_EQ(close(ammonia, oxygen, 2.71)[0].closeness, Closeness::kHydrogenBond);
   EXPECT_EQ(close(ammonia, oxygen, 1.01 + 1.25)[0].closeness, Closeness::kClash);

@@ -207,8 +207,8 @@ TEST_P(Model, KernelsAgreeWithTheExactField) {
       for (const Vec3& p : pair.b.positions_angstrom) reach = std::max(reach, p.norm());
       for (const std::string_view kernel : MolecularField::available_kernels()) {
         const FieldResult result = MolecularField(pair.a, pair.b, model(), kernel).evaluate(pair.X_AB);
-        // For nearly overlapping atoms, a rounding error of 1e-6 in a single-precision distance causes a larger
-        // relative error of the force.
+        // The bound is larger for nearly overlapping atoms. Their force is so steep that a rounding error of 1e-6 in a
+        // single-precision distance causes a large relative error.
         const double bound = gap < 1 ? 1e-4 : 1e-5;
         EXPECT_NEAR(result.lennard_jones_kj_per_mol, exact.lennard_jones_kj_per_mol, bound * energy_scale)
             << kernel << " " << count << " gap " << gap;

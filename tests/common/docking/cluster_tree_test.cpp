@@ -40,7 +40,7 @@ std::set<Leaves> leaves_with_a_pair(const std::vector<Vec3>& a, const std::vecto
   return found;
 }
 
-/// Fixture parameter: false if the larger molecule is A in the search, true if it is B.
+/// Parameter of the fixture: true if the two molecules are exchanged, so that the larger one is B.
 class NeighbourSearches : public testing::TestWithParam<bool> {};
 
 TEST_P(NeighbourSearches, FindAllLeavesWithAPairAndFewOthers) {

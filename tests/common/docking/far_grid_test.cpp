@@ -53,8 +53,8 @@ TEST_P(FarGridOf, AddsTheMissingForceOfAllPairsInEveryKernel) {
     MolecularField grid(a_, b_, model_of(GetParam(), 8, true), kernel);
     ASSERT_NE(grid.far_grid(), nullptr);
     EXPECT_EQ(grid.method(), "clusters and grid");
-    // Forces of random charges cancel each other more than those of a protein, so relative errors are larger here. The
-    // measured error is 0.053 of the force beyond the cut-off.
+    // Measured error: 0.053 of the force beyond the cut-off. It is larger than for a protein, because forces of random
+    // charges cancel each other more.
     double force = 0, force_error = 0, torque = 0, torque_error = 0, energy = 0, energy_error = 0;
     for (int i = 0; i < 24; ++i) {
       const Pose X_AB = {(20 + i % 8) * Vec3(0.6, 0.64, 0.48), test::random_rotation(random_)};
@@ -110,8 +110,8 @@ TEST(FarGrid, OfOneIonIsCoulombsLawBeyondTheCutOffAndEndsByDesign) {
     const FieldResult result = field.evaluate({{0, r, 0}, Quat::Identity()});
     const double energy = kCoulombKjAngstromPerMol / r;
     EXPECT_NEAR(result.coulomb_kj_per_mol, energy, 2e-3 * energy) << r;
-    // Just above 8 Å, where the switch of 2 Å width ends, the tolerance is larger, because the spacing of 1 Å is coarse
-    // for it.
+    // At r = 9 Å, the tolerance is larger. The switch function ends close by at 8 Å, and its width of 2 Å is only two
+    // spacings of the grid.
     EXPECT_NEAR(result.force_on_b.y(), energy / r, (r < 10 ? 5e-2 : 5e-3) * energy / r) << r;
   }
   EXPECT_EQ(field.evaluate({{0, kFarReachAngstrom + 2, 0}, Quat::Identity()}).energy_kj_per_mol(), 0);

@@ -275,8 +275,8 @@ TEST_P(Kernel, AgreesWithDoubleForEveryPaddingAndBeyondOneDrain) {
     const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB, {}, {nullptr, &on_b});
     const FieldResult result = MolecularField(pair.a, pair.b, {}, GetParam()).evaluate(pair.X_AB);
     const double largest = std::max(longest(on_b), 1e-6);
-    // Repulsion and attraction almost cancel in the energy, but a position error changes the energy by force × error.
-    // The scale of the energy is therefore at least the largest force × 1 Å.
+    // Scale of the energy's error: a position error changes the energy by force × error. Because repulsion and
+    // attraction almost cancel in the energy, the scale is at least the largest force × 1 Å.
     const double energy_scale = std::max(std::abs(exact.energy_kj_per_mol()), largest);
     double reach = 0;
     for (const Vec3& p : pair.b.positions_angstrom) reach = std::max(reach, p.norm());

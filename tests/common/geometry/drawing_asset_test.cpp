@@ -79,9 +79,10 @@ TEST(Decimation, KeepsTheShapeWithinACellAndTheLimit) {
     const TriangleMesh few = decimated(fine, most);
     EXPECT_LE(few.triangles.size(), most);
     EXPECT_GE(few.triangles.size(), std::min<std::size_t>(most / 4, 1500));
-    // The ball has a radius of 50 mm and an area of 0.0314 m². With two triangles per cell, the edge of a cell is
-    // sqrt(0.0628 / most). decimated() widens the cells in steps of 15 % until the limit holds; two steps are allowed.
-    // A vertex may be off the sphere by at most one cell.
+    // A vertex may be off the sphere by one cell of the decimation grid. The size of a cell follows from two facts:
+    // - The ball has a radius of 50 mm and an area of 0.0314 m². With two triangles per cell, a cell has the edge
+    //   sqrt(0.0628 / most).
+    // - decimated() widens the cells in steps of 15 % until the limit of triangles holds; two steps are allowed.
     const double cell_m = 1.15 * 1.15 * std::sqrt(0.0628 / static_cast<double>(most));
     for (const Vec3& vertex : few.vertices) EXPECT_NEAR(vertex.norm(), 0.05, cell_m) << most;
   }

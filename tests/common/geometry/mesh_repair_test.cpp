@@ -160,9 +160,9 @@ TEST(MeshRepair, ClosesASlitWhereAVertexLiesOnAnEdge) {
 }
 
 TEST(MeshRepair, ClosesALongNarrowCrack) {
-  // As in the previous test, but the new vertex is 20 µm beside the edge. A disc with the crack's length as its
-  // diameter has 5 % of the cube's area. If the hole's area were estimated by that disc only, the cube would count as
-  // open.
+  // One triangle is divided at a vertex that is 20 µm beside its edge, which leaves a long narrow crack. A disc whose
+  // diameter is the crack's length has 5 % of the cube's area. Fails if the area of the hole is estimated by such a
+  // disc: the cube would count as open.
   TriangleMesh mesh = tessellated_box(kCube);
   const auto middle = static_cast<int>(mesh.vertices.size());
   const Vec3 inward = -((mesh.vertices[0] + mesh.vertices[2]) / 2).normalized();
@@ -258,8 +258,8 @@ TEST(MeshRepair, LeavesOutAWallThatDividesASolid) {
   EXPECT_THAT(result.notes, Contains("2 triangles inside the solid are left out"));
 }
 
-/// The solid with the hole has no unpaired edges, so it must stay unchanged except that its hole is closed. Only the
-/// solid with the wall has unpaired edges.
+/// A box with an inner wall, and beside it a sphere with a hole. Only the wall has unpaired edges that closing holes
+/// does not remove. The sphere must stay unchanged except that its hole is closed.
 TEST(MeshRepair, TakesPartsForSolidsBesideOneThatDoesNotPairUp) {
   TriangleMesh mesh = tessellated_box(kCube);
   mesh.triangles.insert(mesh.triangles.end(), {{0, 1, 7}, {0, 7, 6}});
@@ -288,8 +288,8 @@ TEST(MeshRepair, KeepsTheCavityOfAPartThatDoesNotPairUp) {
   EXPECT_NEAR(contact::enclosed_m3(result.mesh), 7.0 / 8 * kCubeVolume, 1e-15);
 }
 
-/// A flat part has no volume that determines its orientation, so the result depends on rounding. The test therefore
-/// uses random rotations.
+/// The lid is a flat part, so it has no volume that determines its orientation. Any decision by volume depends on
+/// rounding. The test therefore rotates the mesh randomly.
 TEST(MeshRepair, TreatsALidAsPartOfTheBoxThatItCloses) {
   TriangleMesh open = tessellated_box(kCube), lid = open;
   const auto is_top = [&](const auto& t) {

@@ -25,8 +25,8 @@ struct Faces {
   std::vector<Face> faces;
 };
 
-/// Adds each face as a fan of triangles from the face's corner `from`. If `is_reversed`, the faces have the opposite
-/// orientation.
+/// Divides each face into a fan of triangles that meet at the face's corner number `from`, and adds the triangles. If
+/// `is_reversed`, they have the opposite orientation.
 void add_cut(TriangleMesh& mesh, const Faces& faces, std::size_t from, bool is_reversed) {
   mesh.vertices = faces.vertices;
   for (const Face& face : faces.faces) {
@@ -216,8 +216,8 @@ TEST(MeshTwins, AreTakenOutHoweverTheMeshIsScaledTurnedMovedAndOrdered) {
 }
 
 TEST(MeshSides, LeaveFacesThatOthersLieOnWhereTheyAre) {
-  // The inner wall has unpaired edges, so all triangles are classified by the winding number. Two further triangles lie
-  // on faces of the box, one in each orientation.
+  // A box with an inner wall. The wall has unpaired edges, so the winding number decides for every triangle which of
+  // its sides are inside. Two further triangles lie on faces of the box, one in each orientation.
   TriangleMesh mesh = cut(box(2));
   Faces wall;
   for (const double y : {0.0, 0.015, 0.03}) {

@@ -139,8 +139,8 @@ TEST(TriangleTree, FindsNothingBeyondTheLimit) {
   EXPECT_NEAR(tree.closest(p, 0.0051).distance_m, 0.005, 1e-15);
 }
 
-/// Checks `query`, which fills a span and returns the number of triangles found. If the span is too short, the returned
-/// number must exceed the size of the span.
+/// Checks that `query` finds the expected triangles. The query fills a span and returns the number of triangles found.
+/// If the span is too short, the returned number must exceed the size of the span.
 template <class Query>
 std::size_t expect_finds(const std::vector<int>& expected, std::span<TriangleTree::Near> found, const Query& query) {
   const std::size_t count = query(found);
@@ -351,8 +351,8 @@ TriangleMesh bent_bar(const std::vector<Vec3>& way, double half_m) {
   return mesh;
 }
 
-// In the fine mesh, some triangles cross no others and are classified by regions. In the coarse mesh, each triangle
-// crosses another one.
+// A bar passes through itself, as a coarse and as a fine mesh. In the coarse mesh, each triangle crosses another one.
+// In the fine mesh, some triangles cross no others; the tree classifies whole regions of them at once.
 TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
   constexpr double kHalf_m = 0.004;
   const std::vector<Vec3> way{{-0.03, 0, 0}, {0.03, 0, 0}, {0.03, 0.03, 0}, {0, 0.03, 0}, {0, -0.03, 0}};
@@ -367,7 +367,8 @@ TEST(TriangleTree, APartThatGoesThroughItselfIsSolidThere) {
       const Vec3 p = random_place(random, 0.035).cwiseProduct(Vec3(1, 1, 0.3));
       double expected_m = std::numeric_limits<double>::infinity();
       for (std::size_t k = 0; k + 1 < way.size(); ++k) {
-        // The segment is longer by half the bar's width at a turn, but not at an end of the bar.
+        // Reference: the distance to the nearest straight piece of the bar. At a turn, a piece is longer by half the
+        // bar's width.
         const Vec3 along = (way[k + 1] - way[k]).normalized();
         const Vec3 from = way[k] - (k > 0 ? kHalf_m : 0) * along;
         const Vec3 to = way[k + 1] + (k + 2 < way.size() ? kHalf_m : 0) * along;

@@ -88,8 +88,8 @@ TEST(WindingNumber, IsTheSumForTrianglesOfVeryDifferentSizes) {
   }
 }
 
-/// The strips are as long as the tube, so each strip is near many query points. The approximation for distant triangles
-/// then does not apply.
+/// Each strip is as long as the tube and therefore near many query points. The approximation for distant triangles must
+/// not be used for it.
 TEST(WindingNumber, IsTheSumForATubeOfLongStrips) {
   constexpr int kStrips = 400;
   TriangleMesh mesh;
@@ -114,8 +114,8 @@ TEST(WindingNumber, IsTheSumForATubeOfLongStrips) {
   }
 }
 
-// There is no floating-point number between adjacent vertices, so the midpoint of a side equals one of its ends.
-// Without a limit, dividing such triangles would not end.
+// The coordinates of neighbouring vertices are adjacent floating-point numbers, so the midpoint of a side equals one of
+// its ends. Fails by not ending if such triangles are divided without a limit.
 TEST(WindingNumber, OfTrianglesWithoutPlaceBetweenTheirCornersEnds) {
   constexpr int kSide = 30;
   constexpr double kFar_m = 1e9, kLeast_m = 1.1920928955078125e-07;  // distance between adjacent double-precision
@@ -136,8 +136,8 @@ TEST(WindingNumber, OfTrianglesWithoutPlaceBetweenTheirCornersEnds) {
   EXPECT_TRUE(std::isfinite(WindingNumber(mesh).at(Vec3(kFar_m, kFar_m, 1))));
 }
 
-// As seen from a point on a triangle, the solid angles of all other triangles add up to half of the full solid angle.
-// Because of rounding, the result is only nearly ½.
+// Queries the middle of a triangle, which itself does not count. All other triangles of a closed surface cover half of
+// the full solid angle, so the result must be ½ except for rounding.
 TEST(WindingNumber, IsAHalfInTheMiddleOfATriangleThatDoesNotCount) {
   for (const double size_m : {0.02, 0.03, 0.04, 0.1}) {
     const TriangleMesh mesh = tessellated_box(Vec3(size_m, 0.02, 0.02));

@@ -23,8 +23,8 @@ double stepped(double value, double step) {
 /// Errors for a handle that moves ± 20 mm at 1 Hz on a spring of 500 N/m. The force is computed from the reported
 /// position.
 struct Swing {
-  double path_error_j = 0;    ///< largest |Σ F·Δp − Σ F·Δx|, with p on the path and x the true position
-  double report_error_j = 0;  ///< same error, with the reported position in place of p
+  double path_error_j = 0;  ///< largest error of the work, |Σ F·Δp − Σ F·Δx|; p: position on the path, x: true position
+  double report_error_j = 0;  ///< same error for the reported position, which replaces p
   double farthest_m = 0;      ///< largest distance of the path from the true position
 };
 
@@ -33,7 +33,7 @@ Swing swing() {
   Swing result;
   EncoderPath path(kStep_m, kStep_rad);
   double force_n = 0, true_j = 0, path_j = 0, report_j = 0;
-  Vec3 before = Vec3::Zero();  // x: true position; y: position on the path; z: reported position
+  Vec3 before = Vec3::Zero();  // components: x true position, y position on the path, z reported position
   for (int k = 0; k < 10000; ++k) {
     const double t = k * kPeriod;
     const double x = kSwing_m * std::sin(kOmega * t), v = kSwing_m * kOmega * std::cos(kOmega * t);

@@ -83,7 +83,8 @@ TEST(Safety, AnyInputGivesFiniteOutputWithinTheSlewLimitExceptWhileDecaying) {
     const Wrench out = chain.apply(now, input);
     ASSERT_TRUE(is_finite(out)) << "tick " << i;
     const double dt_s = to_seconds(gap);
-    // Ticks may be 60 ms apart, so a decay of 20 ms may end up to 60 ms late.
+    // Ticks may be 60 ms apart. The last tick of a decay, which takes 20 ms, may therefore be up to 80 ms after its
+    // start.
     const bool is_decaying = ((chain.faults() | faults_before) & ~(kSafetyRamping | kSafetySlewed)) != 0 ||
                              since_rearm <= std::chrono::milliseconds(80);
     if (!is_decaying) {

@@ -51,8 +51,8 @@ struct SafetyRig {
   Wrench out;
 };
 
-// Settings with a slew rate below that of any device: a change of 3 N takes 3 s. A faster decay of the force must be
-// due to the gain.
+// Returns settings with a slew rate below that of any device: a change of 3 N takes 3 s. If the force decays faster,
+// the cause must be the gain of the safety chain and not the slew limit.
 SafetySettings slow_slew() {
   SafetySettings settings;
   settings.slew_n_per_s = 1.0;
@@ -193,8 +193,8 @@ TEST(Safety, StateAfterSilenceIsRampedInFromZero) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9);
 }
 
-/// A period without states, too short for zero force, during which the computed force rises by 5 N/s. When states
-/// arrive again, the withheld force must not return abruptly.
+/// For a short time no states arrive. The time is too short for the force to become zero. Meanwhile, the computed force
+/// rises by 5 N/s. Fails if the displayed force jumps when states arrive again.
 class ShortSilence : public testing::TestWithParam<int> {};
 
 TEST_P(ShortSilence, BeginsAndEndsWithoutStepOrCorner) {
@@ -349,7 +349,8 @@ TEST(Safety, ClutchFadesTheForceThatWasDisplayedWhateverIsComputedAndEvenIfItBou
     SafetyRig rig;
     rig.run(good_input(), 600);
     for (int i = 1; i <= 1000 + pressed_ticks; ++i) {
-      SafetyInput input = good_input(Vec3(0, 0, -5));  // an abrupt reversal, as from a damper whose velocity jumped
+      // Reverses the force abruptly, as a damper does whose velocity jumps.
+      SafetyInput input = good_input(Vec3(0, 0, -5));
       input.is_clutched = i <= pressed_ticks;
       const double before_n = rig.out.f.z();
       rig.tick(input);
@@ -391,8 +392,8 @@ TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9) << "ramped in";
 }
 
-/// A stall of the loop, followed by regular ticks. First parameter: duration of the stall [ms]. Second parameter: true
-/// if the states are as old as the stall.
+/// A stall of the loop, followed by regular ticks. The first parameter is the duration of the stall [ms]. The second
+/// one is true if no state arrived during the stall, so that the last state is old.
 class Stall : public testing::TestWithParam<std::tuple<int, bool>> {};
 
 TEST_P(Stall, ReleasesTheForceInStepsThenRampsItIn) {
@@ -403,7 +404,7 @@ TEST_P(Stall, ReleasesTheForceInStepsThenRampsItIn) {
   double before_n = rig.out.f.z(), rose_n = 0;
   int zero_at = 0;
   for (int k = 1; k <= 600; ++k) {
-    // After a stall, the computed force may have any value, so it is 30 N at first.
+    // After a stall, the computed force may have any value. The test uses 30 N for the first ticks.
     SafetyInput input = good_input(Vec3(0, 0, k < 20 ? 30 : 6));
     if (state_is_old && k < 30) input.state_age = std::chrono::milliseconds(stall_ms + k);
     rig.tick(input);

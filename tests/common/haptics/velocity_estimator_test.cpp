@@ -45,9 +45,10 @@ TEST(VelocityEstimator, OfExactPositionsIsTheLastPeriodsDifference) {
 }
 
 TEST(VelocityEstimator, SteadyMotionIsEstimatedWithinTheResolution) {
-  // A line is fitted to a full window of 20 periods T, with position errors of up to half an encoder step. Let t_i be
-  // the times of the 21 samples and t̄ their mean. The error of the slope is at most Σ|t_i − t̄| step/2 / Σ(t_i − t̄)²
-  // = 110 step/2 / (770 T).
+  // Bound of the error of the estimated velocity, the slope of a line that is fitted to a full window.
+  // - The window has 21 samples at the times t_i with the period T. Their mean is t̄.
+  // - Each position may be wrong by half an encoder step.
+  // - The error is at most Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
   const double bound = 110 * kVelocityEstimatorStep / 2 / (770 * kVelocityEstimatorPeriod);
   for (const double speed : {0.0, 0.001, 0.003, 0.01, 0.037, 0.1, 0.3, 1.0}) {
     VelocityEstimator estimator = quantised();
@@ -88,7 +89,8 @@ TEST(VelocityEstimator, IsQuietAtRestOnTheEdgeOfAStep) {
     square += speed * speed;
     largest = std::max(largest, std::abs(speed));
   }
-  // Independent errors of ±step/2 in the window give the slope a standard deviation of step/2 / (T √770) = 0.54 mm/s.
+  // Independent position errors of ±step/2 give the fitted slope a standard deviation of step/2 / (T √770) = 0.54 mm/s.
+  // 770 T² is the sum of the squared times of the window, relative to their mean.
   const double deviation = kVelocityEstimatorStep / 2 / (kVelocityEstimatorPeriod * std::sqrt(770.0));
   EXPECT_NEAR(std::sqrt(square / (kTicks - 20)), deviation, 0.15 * deviation) << "seed 11";
   EXPECT_LT(largest, 110 * kVelocityEstimatorStep / 2 / (770 * kVelocityEstimatorPeriod) + 1e-12);
@@ -102,15 +104,15 @@ TEST(VelocityEstimator, FollowsASuddenStartWithinItsStatedDelay) {
     const double t = k * kVelocityEstimatorPeriod;
     const double found =
         estimator.add(tick(100 + k), at_x(rounded(acceleration * t * t / 2, kVelocityEstimatorStep))).v.x();
-    // The expected value is the velocity one delay ago. The tolerance allows for the encoder's resolution at both ends
-    // of the window.
+    // The estimate lags by the stated delay, so it must equal the velocity at that earlier time. The tolerance allows
+    // for the encoder's resolution at both ends of the window.
     const double delay = to_seconds(estimator.linear_delay());
     const double then = acceleration * std::max(0.0, t - delay);
     ASSERT_NEAR(found, then, 1.5 * kVelocityEstimatorStep / (2 * delay) + acceleration * kVelocityEstimatorPeriod) << k;
   }
-  // A line that is fitted to a window of the duration w deviates from the motion by a w²/12 at the ends of the window,
-  // with the acceleration a. This must be at most one encoder step, so the window must shrink to √(12 step / a) = 4 ms
-  // or less.
+  // With the acceleration a, a line that is fitted to a window of the duration w deviates from the motion by a w²/12 at
+  // the window's ends. The estimator allows a deviation of one encoder step. The window must therefore shrink to √(12
+  // step / a) = 4 ms or less.
   EXPECT_LE(estimator.linear_delay(), Duration(milliseconds(3)));
 }
 
@@ -143,8 +145,8 @@ TEST(VelocityEstimator, HasItsStatedLatency) {
         found.push_back(
             estimator.add(tick(k), at_x(rounded(amplitude * std::sin(omega * t), kVelocityEstimatorStep))).v.x());
         real.push_back(amplitude * omega * std::cos(omega * t));
-        // The delay is averaged with the slope of the velocity as weight, because a lag is visible where the velocity
-        // changes fast.
+        // Averages the stated delay. Its weight is the squared slope of the velocity, because a lag is visible where
+        // the velocity changes fast.
         const double slope = std::abs(std::sin(omega * t));
         delay += slope * slope * to_seconds(estimator.linear_delay());
         weight += slope * slope;

@@ -52,8 +52,8 @@ class Experiment {
 
   /// Returns the error of the estimate at the newest arrival.
   Duration error() { return sync.offset(newest_t4_) - true_offset(newest_t4_); }
-  /// Returns the error bound of the offset towards which the estimate is slewed (see clock_sync.hpp), for the smallest
-  /// round trip that the filter has seen.
+  /// Returns the error bound of the offset that the filter aims at; the estimate is slewed towards this offset (see
+  /// clock_sync.hpp). The bound is valid for the smallest round trip that the filter has seen.
   Duration bound() const {
     const Duration asymmetry = std::chrono::abs(network.up - network.back);
     const Duration queueing = sync.minimum_round_trip() - network.up - network.back;
@@ -109,8 +109,8 @@ TEST(ClockSync, ErrorStaysWithinHalfTheAsymmetryPlusQueueingPlusDrift) {
         SCOPED_TRACE(testing::Message() << "skew " << skew << " back " << back.count() << " ns seed " << seed);
         Experiment experiment({.back = back, .mean_jitter = milliseconds(5), .skew = skew}, seed);
         experiment.run(seconds(2));
-        // The estimate is slewed from one target to the next. Each target was within its error bound, so the estimate
-        // must be within the largest of these bounds.
+        // The estimate moves slowly from one target offset to the next. Each target is within its own error bound, so
+        // the estimate must be within the largest of these bounds.
         Duration largest_bound = experiment.bound();
         for (int i = 0; i < 20'000; ++i) {
           experiment.exchange();
@@ -123,10 +123,12 @@ TEST(ClockSync, ErrorStaysWithinHalfTheAsymmetryPlusQueueingPlusDrift) {
 }
 
 TEST(ClockSync, JitterAloneLeavesAnErrorFarBelowTheJitter) {
-  // The jitter of each direction is exponential with the mean m = 1 ms. The sum of two such jitters has P(sum < x) ≈
-  // x²/2m² for small x, so the smallest of n sums is about m·√(2/n). The filter stores 64 slots of 100 exchanges, i.e.
-  // n = 6400, which gives 18 µs. The error of the offset is half of it, 9 µs. The limit is ten times this error, so
-  // that all seeds pass.
+  // The limit is ten times the expected error of 9 µs, so that all seeds pass. The expected error follows in three
+  // steps:
+  // 1. The jitter of each direction is exponential with the mean m = 1 ms. The sum of two jitters has P(sum < x) ≈
+  //    x²/2m² for small x.
+  // 2. The filter stores n = 64 · 100 exchanges. Their smallest sum is about m·√(2/n) = 18 µs.
+  // 3. The error of the offset is half of this sum.
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Experiment experiment({.mean_jitter = milliseconds(1)}, seed);
@@ -199,8 +201,8 @@ TEST(ClockSync, SmallErrorIsSlewedAt500PpmForAnyQueryRate) {
     ASSERT_EQ(sync.offset(start), Duration{0}) << "settled, so no step";
     Duration offset{0};
     for (LocalTime now = start; now <= start + seconds(1); now += interval) offset = sync.offset(now);
-    // The rounding error is at most one nanosecond per call. At the end the slew may lag by one interval between two
-    // calls.
+    // Lower bound: the estimate may lag by the slew of one interval between two calls. In addition, each call may round
+    // down by one nanosecond.
     EXPECT_LE(offset, microseconds(500));
     EXPECT_GE(offset, microseconds(500) - interval / 2000 -
                           Duration(seconds(1) / std::max(interval, Duration(microseconds(2)))));

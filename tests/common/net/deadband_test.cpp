@@ -37,7 +37,8 @@ TEST(Deadband, APlaceIsNoticedAsTheForceThatTheCouplingMakesOfIt) {
     return deadband.notices(moving(Vec3(way_m, 0, 0), Vec3::Zero()), {}, {}, {Vec3(0, 0, felt_n), Vec3::Zero()},
                             kStiffness_n_per_m, kStiffness_n_m_per_rad);
   };
-  // Threshold of a change of position: 0.1 of the force, but at least 0.1 of 1 N, divided by the stiffness of 300 N/m.
+  // Smallest noticed change of position: 0.1 of the felt force, divided by the stiffness of 300 N/m. A felt force below
+  // 1 N counts as 1 N.
   EXPECT_FALSE(notices(0.99 * 0.1 / 300, 0));
   EXPECT_TRUE(notices(1.01 * 0.1 / 300, 0));
   EXPECT_FALSE(notices(0.99 * 0.6 / 300, 6));
@@ -55,8 +56,8 @@ TEST(Deadband, SteadyMotionIsNoticedByWhoHoldsTheLastStateOnly) {
   faster.V.v.x() += 0.021;
   EXPECT_TRUE(deadband.notices(faster, sent.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
   RigidState turned = now;
-  // The change of torque is the rotation times 0.3 N·m/rad, 3.3 mN·m. The threshold is 0.1 of the smallest torque that
-  // counts, 30 mN·m.
+  // A rotation changes the torque by 0.3 N·m per rad, here by 3.3 mN·m. The threshold is 0.1 of the felt torque, which
+  // counts as at least 30 mN·m.
   turned.X.q = quaternion_of(Vec3(0, 0, 0.011));
   EXPECT_TRUE(deadband.notices(turned, sent.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
 }

@@ -91,8 +91,9 @@ double distance_to(std::vector<double> values, const std::function<double(double
   return distance;
 }
 
-// Returns the Dvoretzky-Kiefer-Wolfowitz-Massart bound e for n values: P(difference > e) ≤ 2 exp(−2 n e²), solved for a
-// probability of 1e-9.
+// Returns the largest difference e between the distribution of n values and the true one that is exceeded with a
+// probability of 1e-9. It follows from the Dvoretzky-Kiefer-Wolfowitz-Massart inequality, P(difference > e) ≤ 2 exp(−2
+// n e²).
 double dkw_bound(std::size_t n) {
   return std::sqrt(std::log(2 / 1e-9) / (2.0 * static_cast<double>(n)));
 }
@@ -142,8 +143,8 @@ TEST(SimulatedLink, ParetoDelaysFollowTheClosedFormWithItsHeavyTail) {
             dkw_bound(kCount));
   EXPECT_NEAR(mean_of(delays), 0.020 + 0.004 / std::sqrt(3.0), 6 * 0.004 / std::sqrt(kCount));
   EXPECT_GE(*std::min_element(delays.begin(), delays.end()), 0.020);
-  // Counts delays above 62.3 ms, i.e. 10 σ above the mean, where a distribution without a heavy tail has no values.
-  // Here the probability is (1 + 0.0423/scale)⁻³ ≈ 1e-3, so 38 values are expected.
+  // Counts delays above 62.3 ms, i.e. more than 10 standard deviations above the mean. A distribution without a heavy
+  // tail has none. Here the probability is (1 + 0.0423/scale)⁻³ ≈ 1e-3, so 38 delays are expected.
   const auto far = std::count_if(delays.begin(), delays.end(), [](double x) { return x > 0.0623; });
   EXPECT_NEAR(static_cast<double>(far), kCount * std::pow(1 + 0.0423 / scale_s, -3.0), 6 * std::sqrt(40.0));
 }
@@ -178,7 +179,8 @@ TEST(SimulatedLink, CorrelatedJitterHasTheSameDistributionAndForgetsExponentiall
   parameters.jitter_correlation = milliseconds(20);
   constexpr std::uint32_t kCount = 400000;
   const auto delays = measured_delays_s(parameters, kCount);
-  // Number of independent values: the total duration divided by twice the correlation time gives 10,000.
+  // Number of independent values, for the tolerances: the total duration divided by twice the correlation time, i.e.
+  // 10,000.
   const double independent = kCount / 40.0;
   EXPECT_NEAR(mean_of(delays), 0.100, 6 * 0.005 / std::sqrt(independent));
   EXPECT_NEAR(deviation_of(delays), 0.005, 6 * 0.005 / std::sqrt(independent));
@@ -267,9 +269,9 @@ TEST(SimulatedLink, LosesTheConfiguredFractionInPeriodsOfTheConfiguredLength) {
   const auto lost = static_cast<double>(kCount - arrivals.size());
   EXPECT_EQ(link.counters().lost, kCount - arrivals.size());
 
-  // A two-state Markov chain spends the fraction p of its time in one of the states. Observed for a time T, this
-  // fraction has the variance 2 p (1−p) t_c / T. The correlation time t_c follows from the mean durations: 1/t_c =
-  // 1/bad + 1/good.
+  // Tolerance of the loss fraction. The link changes between a good and a bad state (a two-state Markov chain) and is
+  // bad for the fraction p of the time. In a time T, the observed fraction has the variance 2 p (1−p) t_c / T. The
+  // correlation time t_c follows from the mean durations: 1/t_c = 1/bad + 1/good.
   const double bad_s = 0.020;
   const double good_s = bad_s * 0.95 / 0.05;
   const double correlation_s = 1 / (1 / bad_s + 1 / good_s);
@@ -277,8 +279,8 @@ TEST(SimulatedLink, LosesTheConfiguredFractionInPeriodsOfTheConfiguredLength) {
   const double sigma = std::sqrt(2 * 0.05 * 0.95 * correlation_s / total_s);
   EXPECT_NEAR(lost / kCount, 0.05, 5 * sigma);
 
-  // A bad period of length L contains L/gap packets on average, and is visible as a run of losses if it contains at
-  // least one. For exponential lengths, the mean length of the visible runs is exactly 1 / (1 − exp(−gap/mean))
+  // Expected length of a run of losses. A bad period of length L contains L/gap packets on average. It is visible if it
+  // contains at least one packet. For exponential lengths, the visible runs have a mean of 1 / (1 − exp(−gap/mean))
   // packets.
   double runs = 0;
   for (std::size_t i = 1; i < arrivals.size(); ++i) {
@@ -286,8 +288,8 @@ TEST(SimulatedLink, LosesTheConfiguredFractionInPeriodsOfTheConfiguredLength) {
   }
   const double mean_run_s = lost / runs * to_seconds(kGap);
   const double expected_s = to_seconds(kGap) / (1 - std::exp(-to_seconds(kGap) / bad_s));
-  // The standard error of an exponential mean is mean/√n. Good periods shorter than two packets merge two runs, which
-  // changes the result by less than 0.2 %.
+  // Tolerance: five standard errors of an exponential mean, which are mean/√n each. Good periods shorter than two
+  // packets join two runs, which changes the mean by less than 0.2 %.
   EXPECT_NEAR(mean_run_s, expected_s, (5 / std::sqrt(runs) + 0.002) * expected_s);
 }
 
@@ -298,8 +300,8 @@ TEST(SimulatedLink, LossDoesNotDependOnHowOftenPacketsAreSent) {
     SimulatedLink link(parameters, kSeed, 4);
     constexpr std::uint32_t kCount = 200'000;
     run(link, kCount, gap);
-    // With a gap of 1 ms, the worst case, the correlation time is 16 packets. The measured loss fraction of n packets
-    // then has the variance 2 p (1−p) 16 / n, where p = 0.2 is the true fraction. Tolerance: five standard errors.
+    // Tolerance: five standard errors for the shorter gap, 1 ms. Then losses are correlated over 16 packets. The loss
+    // fraction of n packets has the variance 2 p (1−p) 16 / n, with its true value p = 0.2.
     const double sigma = std::sqrt(0.2 * 0.8 * 2 * 16 / kCount);
     EXPECT_NEAR(static_cast<double>(link.counters().lost) / kCount, 0.2, 5 * sigma) << "gap " << to_seconds(gap);
   }

@@ -49,7 +49,7 @@ std::vector<Packet> over_a_bad_link() {
 }
 
 struct Played {
-  double worst_m = 0;     ///< maximum deviation from the true motion at the playout time, after settling [m]
+  double worst_m = 0;     ///< largest deviation from the true motion at the playout time, after settling [m]
   double dry_share = 0;   ///< fraction of the time in which the newest sample is older than the playout time (underrun)
   double least_rate = 1;  ///< minimum rate of the playout time; 1: real time
   double most_rate = 1;
@@ -87,14 +87,14 @@ Played played(const std::vector<Packet>& packets, const PlayoutSettings& setting
 TEST(PlayoutDelay, CoversJitterAndBurstsForAboutItsQuantileOfTheTime) {
   const auto packets = over_a_bad_link();
   EXPECT_LT(played(packets, {.quantile = 0.98}).dry_share, 0.03);
-  // With the quantile 0.5, fewer samples arrive in time. This fails for a playout that ignores the quantile and always
-  // uses the longest delay.
+  // A playout that ignores the quantile always uses the longest delay. With the quantile 0.5, many more samples must
+  // arrive too late.
   EXPECT_GT(played(packets, {.quantile = 0.5}).dry_share, 0.2);
 }
 
 TEST(PlayoutDelay, PlaysASwingAsItWas) {
-  // If a sample arrives later than its playout time, an underrun begins: the motion (0.126 m/s) is braked within 20 ms.
-  // The longest underrun is caused by a burst of losses.
+  // If a sample arrives after its playout time (an underrun), the motion of up to 0.126 m/s is braked within 20 ms. A
+  // burst of losses causes the longest underrun.
   EXPECT_LT(played(over_a_bad_link(), {}).worst_m, 0.004);
 }
 
@@ -125,7 +125,7 @@ TEST(PlayoutDelay, WaitsOneGapOnAPerfectLink) {
     delay.add(ms(k), ms(k + 30));
     delay.play_at(ms(k + 30));
   }
-  // Tolerance: the gap of 1 ms plus half a bin of the delay's histogram.
+  // Tolerance: the interval of 1 ms between samples, plus half a bin of the histogram from which the delay is chosen.
   EXPECT_LE(delay.delay(), ms(1.5));
 }
 

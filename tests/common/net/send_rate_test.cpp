@@ -15,8 +15,8 @@ using std::chrono::milliseconds;
 constexpr Duration kFloor = milliseconds(10);
 constexpr double kMost_hz = 1000;
 
-/// A sender at 1 kHz and a link that transmits `carried_hz` messages per second one after the other. Each message is
-/// reported to the sender a time `way` after its arrival. The receiver's clock is one hour ahead.
+/// A sender at 1 kHz and a link with a queue, which transmits one message after the other at the rate `carried_hz`. The
+/// sender learns of each arrival after the time `way`. The receiver's clock is one hour ahead.
 struct SendRateLine {
   void run(Duration length) {
     for (const Duration end = now + length; now < end; now += milliseconds(1)) {

@@ -16,7 +16,7 @@ WorldDescription anchored(const Joint& anchor, double mass_kg = kMass_kg) {
   return world;
 }
 
-/// The stage that moves the body: the stage of untouched bodies, or the touch stage.
+/// Stage of the world that moves the anchored body: the stage of untouched bodies, or the touch stage.
 enum class Owner { kUntouched, kTouchStage };
 
 class Anchor : public ::testing::TestWithParam<Owner> {
@@ -121,8 +121,8 @@ TEST(AnchorTouch, AToolFeelsAnAnchoredBodyAsSpringsInARow) {
   const double moved_m = world.body(kBody).X.p.x() - kStart.x();
   const double force_n = -world.tool(0).wrench_on_hand_W.f.x();
   EXPECT_NEAR(300 * moved_m, force_n, 1e-6);
-  // Coupling and anchor have 300 N/m each, and the surfaces are much stiffer. Springs in series share the displacement
-  // of 20 mm.
+  // The coupling and the anchor are springs in series with 300 N/m each; the surfaces are much stiffer. Each spring
+  // therefore takes half of the displacement of 20 mm.
   EXPECT_NEAR(force_n, 300 * 0.02 / 2, 0.03);
 }
 

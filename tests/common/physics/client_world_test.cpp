@@ -93,8 +93,8 @@ TEST(ClientWorld, AToolHoldsABodyOutOfReachWhenSomebodyElseDecidedThat) {
   EXPECT_EQ(world.hands_on(kClientWorldA), 0U);
 }
 
-/// One tool touches the left end of two adjacent cubes, a second tool is above a third cube, and a third tool is far
-/// away.
+/// Scene of three tools and three cubes on a table. The first tool touches the left one of two adjacent cubes. The
+/// second tool presses the third cube, and the third tool is far away.
 TEST(HandsOn, CountHandsThroughMovingBodiesOnly) {
   const double gap = 1e-5;
   WorldDescription description =
@@ -105,7 +105,8 @@ TEST(HandsOn, CountHandsThroughMovingBodiesOnly) {
   World world = client_world(description);
   for (const std::size_t tool : {0U, 1U, 2U}) world.activate_tool(tool);
   for (int i = 0; i < 500; ++i) {
-    // All cubes lie on the table. The table does not move, so contact through it must not count.
+    // All cubes lie on the table. Hands are counted through touching bodies that can move. The table cannot move, so it
+    // must not connect the cubes.
     world.set_handle(0, at({-0.03 + 5e-5 * i, 0, 0.02}));
     world.set_handle(1, at({0.3, 0, 0.04}));
     world.set_handle(2, at({0, 0, 2}));
@@ -191,7 +192,7 @@ TEST(StoredEnergy, HasTheFieldsForceAsItsSlope) {
     const std::array<Pose, 2> poses{Pose{}, {{x_m, 0, 0}, Quat::Identity()}};
     std::array<Wrench, 2> wrenches{};
     ASSERT_FALSE(forces.add_wrenches(poses, wrenches));
-    // The step of the difference is so wide that the single precision of the field has no effect.
+    // Step of the finite difference. It is so wide that rounding of the field to single precision has no effect.
     const double slope = (energy_at(x_m + 3e-5) - energy_at(x_m - 3e-5)) / 6e-5;
     EXPECT_NEAR(wrenches[1].f.x(), -slope, 1e-3 * std::abs(slope) + 5e-6) << x_m;
   }

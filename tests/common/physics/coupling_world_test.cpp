@@ -69,8 +69,8 @@ const haptics::CouplingLawInfo& named(std::string_view name) {
   return *haptics::find_coupling_law(name);
 }
 
-/// Returns a world with two tools that are pressed 8 mm into a block. The device of the second user has a limit of 150
-/// N/m. The law is set before both tools are activated.
+/// Returns a world with two tools that are pressed 8 mm into a block. The second user's device limits the stiffness to
+/// 150 N/m. The law `law_from_the_start` is set before both tools are activated.
 std::unique_ptr<World> pressed(std::string_view law_from_the_start, std::string_view of_scene = haptics::kAdaptiveLaw) {
   const std::string beside = R"({"name": "u", "placement": {"position_m": [0.05, 0, 0.005]}})";
   std::unique_ptr<World> pressed(
@@ -153,8 +153,8 @@ TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {
         at({0.01 * std::sin(60 * i * kCouplingStep_s), 0, 2}, {0.6 * std::cos(60 * i * kCouplingStep_s), 0, 0});
     world.set_handle(0, handle);
     EXPECT_EQ(world.step(), 0U);
-    // In the solver, a massless tool has a small mass. This mass causes an error of 1e-4 of the handle's motion in a
-    // step, which is at most 0.6 mm.
+    // The solver gives a massless tool a small mass. The tool therefore lags by 1e-4 of the handle's motion in a step,
+    // which is at most 0.6 mm.
     ASSERT_LT((world.tool(0).tool.X.p - handle.X.p).norm(), 1e-7) << i;
     ASSERT_LT(world.tool(0).wrench_on_hand_W.f.norm(), 300 * 1e-7) << i;
   }
@@ -170,14 +170,14 @@ TEST(MasslessTool, PressedOnABoxRestsInAStepWhereCouplingAndContactBalance) {
   world.set_handle(0, at({0, 0, kRadius_m - inside_m}));
   EXPECT_EQ(world.step(), 0U);
   const double first_n = world.tool(0).wrench_on_hand_W.f.z(), first_z = world.tool(0).tool.X.p.z();
-  // A handle at rest counts as pushing, so the closed form for pushing applies.
+  // The law has separate curves for pushing and for moving back. A handle at rest counts as pushing.
   const double stretch_m = first_z - (kRadius_m - inside_m);
   const double d_max = 6.5 / 300;
   EXPECT_NEAR(first_n, 6.5 * (1 - std::exp(-stretch_m / d_max)), 1e-4);
   EXPECT_NEAR(first_n, world.touch(0).force_n, 1e-4) << "the contact force must equal the coupling force";
   for (int i = 0; i < 500; ++i) {
     EXPECT_EQ(world.step(), 0U);
-    // The damper of the contact moves the tool in the second step as well. After that, the tool is at rest.
+    // The damper of the contact still moves the tool in the second step. From then on, the tool is at rest.
     ASSERT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), first_n, 0.02 * first_n) << i;
   }
   EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), world.touch(0).force_n, 1e-6);
@@ -232,8 +232,8 @@ TEST(DirectRendering, ShowsTheContactsStiffnessAtTheHandlesPose) {
     world.set_handle(0, at({0, 0, 0.005 - depth_m}));
     run_coupled(world, 3);
     EXPECT_NEAR(world.tool(0).tool.X.p.z(), 0.005 - depth_m, 1e-12) << "the tool is where the handle is";
-    // The expected force includes the sides of the cube, because each part of its surface inside the block presses in
-    // proportion to the depth of that part.
+    // Each part of the cube's surface inside the block presses in proportion to its depth. The expected force therefore
+    // includes the sides of the cube.
     const double expected_n = 5e6 * (1e-4 * depth_m + 0.04 * depth_m * depth_m / 2);
     EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), expected_n, 0.02 * expected_n);
     EXPECT_LT(world.tool(0).wrench_on_hand_W.f.head<2>().norm(), 1e-3);
@@ -343,8 +343,8 @@ TEST(AdaptiveCoupling, AdaptsToGrabbedAndReleasedBodiesWithoutAForceStep) {
   world.release(0);
   watch();
   EXPECT_NEAR(force_n(), fitted_n_per_m(0.05) * stretch_m, 0.01);
-  // The ramp alone changes the force by 1/100 of the total change in each step. The bound is twice as large, because
-  // the damper reacts to the motion of the settling contact.
+  // The ramp changes the force by 1/100 of the whole change in each step. The bound is twice as large, because the
+  // contact settles and the damper reacts to this motion.
   EXPECT_LT(largest_step_n, 0.02 * (fitted_n_per_m(mass_kg) - fitted_n_per_m(0.05)) * stretch_m);
 }
 

@@ -11,15 +11,16 @@
 namespace tandem::physics {
 namespace {
 
-// Limits of the lateral force and of the change of the force in a step [N]. In 329 of 330 scenes the lateral force was
-// at most 0.02 N. The force was 0.026 N in a scene where the plane of a face is not detected over the whole face.
+// Largest lateral force, and largest change of the force in a step [N]. In 330 measured scenes, the lateral force was
+// at most 0.02 N, except for one with 0.026 N. In that scene, the search does not detect the plane of a face over the
+// whole face.
 constexpr double kMostDrag_n = 0.03, kMostStep_n = 0.3;
 constexpr double kPlateWidth_m = 0.04;
 
 /// A surface with a flat top: `cells`² quadrilaterals with randomly placed inner corners, each split along a random
 /// diagonal.
 ///
-/// In      thickness_m  0 for an open sheet
+/// In      thickness_m  thickness of the plate; 0 gives an open sheet
 geometry::TriangleMesh flat_mesh(Random& random, int cells, double thickness_m) {
   geometry::TriangleMesh mesh;
   const auto place = [&](int i) {
@@ -109,7 +110,8 @@ void expect_sticking(std::uint64_t usual_seed, std::uint64_t usual_scenes) {
     const Parts surface = {{box_of(size_m, is_mesh), at_place({0, 0, -size_m.z() / 2})}};
     const Tip tip = tip_of(random);
     Draw draw;
-    // The pressing force is at least 2 N, because the damper of the coupling adds a pull of 0.2 N while the hand moves.
+    // The pressing force is at least 2 N, much more than the 0.2 N with which the coupling's damper pulls while the
+    // hand moves.
     draw.press_n = random.uniform(2, 5);
     draw.friction = friction;
     draw.X_WU = at_place({0.1, 0.05, 0.2}, quaternion_of(Vec3(random.normal(), random.normal(), random.normal())));
@@ -119,7 +121,8 @@ void expect_sticking(std::uint64_t usual_seed, std::uint64_t usual_scenes) {
     draw.to_U = draw.from_U + wanted_n / kStiffness_n_per_m * Vec3(std::cos(angle), std::sin(angle), 0);
     const double share = drawn(surface, tip, draw).back().head<2>().norm() / wanted_n;
     least = std::min(least, share);
-    // A tip yields slightly before it sticks. In 320 scenes the smallest fraction was 0.67, for a box of 1 mm.
+    // `share` is the fraction of the pull that friction holds. It is below 1, because a tip yields slightly before it
+    // sticks. The smallest fraction in 320 scenes was 0.67, for a box of 1 mm.
     EXPECT_GT(share, 0.6) << "scene " << scene << ": " << tip.name << (is_mesh ? " on a mesh" : " on a box")
                           << ", pressing with " << draw.press_n << " N";
   }

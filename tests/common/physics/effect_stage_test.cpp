@@ -53,8 +53,8 @@ TEST(EffectStage, ATubOfFluidDragsAToolBehindTheHandByItsClosedForm) {
     world.set_handle(0, resting_at({kSpeed * kEffectStep_s * i, 0, 0}, {kSpeed, 0, 0}));
     ASSERT_EQ(world.step(), 0U);
   }
-  // In the steady state k (x_hand − x_tool) = b v. The coupling's damper exerts no force, because hand and tool have
-  // the same velocity.
+  // Steady state: the spring k of the coupling balances the drag b v of the fluid, k (x_hand − x_tool) = b v. The
+  // coupling's damper has no force, because hand and tool have the same velocity.
   const ToolState tool = world.tool(0);
   EXPECT_NEAR(kSpeed - tool.tool.X.p.x(), 6 * kSpeed / kStiffness, 1e-6);
   EXPECT_NEAR(tool.wrench_on_hand_W.f.x(), -6 * kSpeed, 1e-4);
@@ -96,8 +96,8 @@ TEST(EffectStage, AMagnetHoldsAToolAgainstTheHandUpToItsPeak) {
   World world = world_in(R"({"magnet": {"peak_force_n": 2, "range_m": 0.03}})");
   world.activate_tool(0);
   hold(world, 0, {0.006, 0, 0}, 3000);
-  // At equilibrium k_m (1 − s²)² x = k (x_hand − x), with the coupling's stiffness k, the magnet's stiffness k_m = peak
-  // force / (0.2862 · range), a peak of 2 N, a range of 0.03 m, and s = x/range.
+  // Equilibrium of magnet and coupling: k_m (1 − s²)² x = k (x_hand − x), with s = x/range and the coupling's stiffness
+  // k. The magnet's stiffness is k_m = peak force / (0.2862 · range), with a peak force of 2 N and a range of 0.03 m.
   const double x = world.tool(0).tool.X.p.x(), s2 = std::pow(x / 0.03, 2);
   EXPECT_NEAR(2 / (16 / (25 * std::sqrt(5.0)) * 0.03) * (1 - s2) * (1 - s2) * x, kStiffness * (0.006 - x), 1e-6);
   EXPECT_LT(x, 0.0036);
@@ -123,8 +123,8 @@ TEST(EffectStage, VibrationReachesTheHandAtItsFrequencyAndNoOther) {
     force.push_back(world.tool(0).wrench_on_hand_W.f.z());
   }
   const double amplitude_n = amplitude_at(force, 80);
-  // The mass m of the tool attenuates the vibration at the hand by the factor |k + i b ω| / |k − m ω² + i b ω|, with
-  // the coupling's stiffness k and damping b and the angular frequency ω. For 50 g and 80 Hz it is 0.20.
+  // The tool's mass m attenuates the vibration that the hand feels. The factor is |k + i b ω| / |k − m ω² + i b ω|,
+  // with the coupling's stiffness k and damping b at the angular frequency ω. For 50 g and 80 Hz it is 0.20.
   EXPECT_NEAR(amplitude_n, 0.20 * 0.8, 0.01 * 0.8);
   for (const double hz : {20, 40, 79, 81, 120, 160, 240}) EXPECT_LT(amplitude_at(force, hz), 0.01 * amplitude_n) << hz;
 }
@@ -168,8 +168,9 @@ TEST(EffectStage, AGratingIsFeltAtItsPeriodAndAPadSticks) {
     }
     return force;
   };
-  // A period of 3 mm at 0.03 m/s gives 10 Hz. The tool is pressed with 1.2 N, so the amplitude of the force is 1.2 N ·
-  // 0.1 mm · 2π/3 mm = 0.25 N.
+  // A texture with a period of 3 mm and a height of 0.1 mm is swept at 0.03 m/s, which gives 10 Hz. Its steepest slope
+  // is 0.1 mm · 2π/3 mm. The tool is pressed with 1.2 N, so the amplitude of the force is 1.2 N times this slope, 0.25
+  // N.
   const auto grating = swept(R"({"texture": {"height_m": 0.0001, "period_x_m": 0.003}})");
   EXPECT_NEAR(amplitude_at(grating, 10), 0.25, 0.05);
   EXPECT_LT(amplitude_at(grating, 7), 0.02);
@@ -192,7 +193,8 @@ double unrest_m(World& world, const Vec3& hand) {
   return largest;
 }
 
-// Each effect is stiffer than the coupling, so the plain iteration x ← x_H + f(x)/k would diverge.
+// A massless tool is where coupling and effect balance. Each effect is stiffer than the coupling k, so the plain
+// iteration x ← x_H + f(x)/k from the handle x_H would diverge.
 TEST(EffectStage, StiffEffectsDoNotMakeAMasslessToolChatter) {
   const std::string magnet = R"({"magnet": {"peak_force_n": 3, "range_m": 0.01}})";
   const std::string stick = R"({"stick_slip": {"stiffness_n_per_m": 100000, "breakaway_force_n": 2}})";

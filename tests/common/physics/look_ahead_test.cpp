@@ -55,7 +55,8 @@ TEST(TwoPartStep, WhatHandsMoveIsThereWhenItIsAnsweredAndTheRestIsTold) {
     EXPECT_TRUE(is_same(world.tool(0).tool, tool));
     const bool is_tools = world.touch(0).contacts > 0 && i > 200;
     EXPECT_TRUE(!is_tools || is_same(world.body(BodyId{2}), pressed));
-    // In the second part of the step, gravity may move the falling body by g h² more than its previous velocity would.
+    // The first part of the step predicts poses from the previous velocities. Gravity then moves the falling body by up
+    // to g h² farther, with the step h.
     const double more_m = 9.81 * kStep_s * kStep_s;
     EXPECT_LT((world.body(BodyId{3}).X.p - falling.X.p).norm(), 1.01 * more_m);
   }
@@ -80,10 +81,10 @@ TEST(LookAhead, DoesNotChangeTheForce) {
   double most_n = 0;
   std::uint32_t touched = 0;
   for (int i = 0; i < 1000; ++i) {
-    if (i == 700) {  // the body is displaced after the look-ahead
+    if (i == 700) {  // the body is displaced after its contacts were searched
       for (World* world : {&plain, &with}) world->set_body(BodyId{2}, at({0.005, 0.001, 0.02}));
     }
-    if (i == 250 || i == 900) {  // the body is held from now on, so the tool does not touch it
+    if (i == 250 || i == 900) {  // from now on the tool holds the body and no longer touches it
       for (World* world : {&plain, &with}) EXPECT_EQ(world->grab(0, BodyId{2}), GrabResult::kGrabbed);
     }
     if (i == 280 || i == 930) {
@@ -95,8 +96,8 @@ TEST(LookAhead, DoesNotChangeTheForce) {
     touched += with.touch(0).contacts > 0 ? 1 : 0;
     const Vec3 force = plain.tool(0).wrench_on_hand_W.f;
     most_n = std::max(most_n, force.norm());
-    // If friction does not converge within the iteration limit, results with and without look-ahead may differ by some
-    // 1e-3.
+    // Results with and without look-ahead may differ by some 1e-3 if the iteration for friction ends at its limit
+    // before it converges.
     ASSERT_LT((with.tool(0).wrench_on_hand_W.f - force).norm(), 1e-3 * (1 + force.norm())) << i;
     ASSERT_LT((with.body(BodyId{2}).X.p - plain.body(BodyId{2}).X.p).norm(), 1e-5) << i;
   }
@@ -126,8 +127,8 @@ TEST(NearPairs, AResultFoundAheadIsUsedOnceAndOnlyAtItsPose) {
   near.pair.find_ahead(BallOverCube::above(-1e-4), Pose{});
   const std::size_t pressing = near.pair.contacts.contacts().size();
   ASSERT_GT(pressing, 0U);
-  // A search never returns this depth. If the depth is still stored after the step, the step has used the stored
-  // contacts without a new search.
+  // Marks a stored contact with a depth that no search returns. If the depth is unchanged after the step, the step has
+  // used the stored contacts without a new search.
   near.pair.contacts.contacts()[0].depth_m = 0.5;
   EXPECT_EQ(near.found(-1e-4), pressing);
   EXPECT_EQ(near.pair.contacts.contacts()[0].depth_m, 0.5);
@@ -145,8 +146,8 @@ struct TwoThings {
     things[0].role = TouchThing::Role::kImplicit;
     things[1].role = TouchThing::Role::kStatic;
   }
-  /// Returns the search distance of the pair. The look-ahead used the reach `ahead_m`, the step has the reach
-  /// `reach_m`.
+  /// Returns the search distance of the pair in a step. `ahead_m` is the reach for the look-ahead, `reach_m` the reach
+  /// for the step.
   double band_m(double ahead_m, double reach_m) {
     pairs.look_ahead(things, std::array{ahead_m, 0.0});
     if (change) change(*this);
@@ -189,7 +190,8 @@ TEST(NearPairs, APairKeepsItsFrictionWhenItsOtherBodyBecomesImplicitToo) {
   ASSERT_EQ(two.pairs.near().size(), 1U);
   EXPECT_EQ(two.pairs.near().front(), pair);
   EXPECT_EQ(pair->deepest_m, 1e-5) << "it was not bound anew";
-  // The pair remains the same if only the ball is implicit, although the ball is the second object of the pair.
+  // Only the ball becomes implicit, although it is the second object of the pair. The pair and its stored contacts must
+  // remain the same.
   two.things[1].role = TouchThing::Role::kExternal;
   ASSERT_EQ(two.pairs.find(two.things, reach_m), 0U);
   ASSERT_EQ(two.pairs.near().size(), 1U);

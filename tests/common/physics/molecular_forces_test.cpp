@@ -130,8 +130,8 @@ TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
   EXPECT_LE(wrenches[0].f.norm(), 20);
 }
 
-/// Results for B on a closed path in six degrees of freedom: the work of the force on B, the sum of the magnitudes of
-/// the work, and the range of the energy.
+/// Results for molecule B on a closed path in six degrees of freedom: the net work of the force on B, the sum of the
+/// magnitudes of its parts, and the range of the energy.
 struct Loop {
   double work_j = 0, absolute_j = 0, least_kcal_per_mol = 1e9, most_kcal_per_mol = -1e9;
 };
@@ -220,8 +220,8 @@ TEST(MolecularForces, TheQuickestStepHasTheFieldInItWhereNothingMoves) {
     const auto world = std::make_shared<const WorldDescription>(of.world);
     return World(world, make_followed_bodies(of.world.bodies.size()), nullptr).quickest_step();
   };
-  // One scene has a million atom pairs and the other one pair, so the ratio of their times is far above the noise of
-  // timing.
+  // The field of `scene` has a million atom pairs, that of `alone` a single one. The ratio of their times is therefore
+  // far above the noise of timing.
   EXPECT_GT(quickest_of(*scene), 10 * quickest_of(*alone));
 }
 
@@ -275,7 +275,8 @@ TEST(MolecularPair, KeepsItsMomentum) {
 TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   const auto scene = two_molecules(8, 0.12, 3);
   World world(server::make_server_world(scene));
-  const double joules = 0.5 * 0.01 / docking::kKilojoulesPerKilocalorie;  // converted by the scene's scales S_f S_x
+  // Joules in the scene per kJ/mol: force scale 0.5 N per kcal/mol/Å, times length scale 0.01 m/Å.
+  const double joules = 0.5 * 0.01 / docking::kKilojoulesPerKilocalorie;
   world.step();
   EXPECT_NEAR(world.field_energy_j(), joules * world.field_energy_kj_per_mol(), 1e-12);
   double start = world.stored_energy_j();
@@ -283,8 +284,8 @@ TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   for (int block = 0; block < 80; ++block) {
     for (int i = 0; i < 100; ++i) world.step();
     const double energy = world.stored_energy_j();
-    // Field energy and velocity are computed for times half a step apart. The tolerance is |F| v h/2 < 20 N · 0.1 m/s ·
-    // 0.5 ms.
+    // Tolerance: the field energy and the velocity belong to times that are half a step h apart. The energy may differ
+    // by |F| v h/2 < 20 N · 0.1 m/s · 0.5 ms.
     EXPECT_LE(energy, last + 1e-3) << "block " << block;
     last = energy;
   }
@@ -292,9 +293,9 @@ TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   EXPECT_LT(world.stored_energy_j() - world.field_energy_j(), 1e-6) << "and rest";
 }
 
-/// Two hands approach each other at 0.1 m/s and stop when their couplings pull with `push_n`. Returns the speed of the
-/// molecules at the end. The field's wrench is explicit (that of the start of the step), so only the coupling, which is
-/// implicit, provides damping.
+/// Returns the speed of two molecules at the end of a run. Two hands bring them together at 0.1 m/s and stop when their
+/// couplings pull with `push_n`. The field's wrench is taken from the start of a step (explicit) and does not damp.
+/// Only the coupling, which is implicit, provides damping.
 double speed_after_pressing(double mass_kg, double damping_per_s, double push_n) {
   const auto scene = two_molecules(8, 0.2, damping_per_s, mass_kg, true);
   World world(server::make_server_world(scene));

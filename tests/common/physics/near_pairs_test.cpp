@@ -14,8 +14,8 @@ namespace {
 using Role = TouchThing::Role;
 using Roles = std::array<Role, 2>;
 
-/// Two cubes, one on top of the other, pressed together with 1 N. When they rest, a tangential force of 0.3 N acts on
-/// both in opposite directions; the friction limit is 0.5 N. A cube with the role kExternal does not move.
+/// Two cubes, one on top of the other, pressed together with 1 N. When they rest, tangential forces of 0.3 N pull them
+/// in opposite directions; the friction limit is 0.5 N. The stage does not move a cube with the role kExternal.
 class PressedCubes {
  public:
   PressedCubes() : stage_({.things = 2, .couplings = 0, .joints = 0, .pairs = 4}) {
@@ -64,7 +64,7 @@ TEST(NearPairs, AContactSticksWhicheverOfItsBodiesBecomesImplicit) {
       ASSERT_LT(stretch_m, 1e-6) << "the contact must stick";
       ASSERT_GT(stretch_m, 1e-8) << "the friction spring is not stretched, so its loss would not be visible";
       cubes.run(after, 50);
-      // A loss of the friction state would let the contact yield by the whole stretch.
+      // If the friction state were lost, the contact would yield by the whole stretch of its friction spring.
       EXPECT_LT((cubes.between() - stuck).norm(), 0.25 * stretch_m);
     }
   }

@@ -46,8 +46,8 @@ BodyDescription box(std::size_t kind, const Vec3& p, double mass_kg, double fric
   return body;
 }
 
-/// Returns a random stable stack: the line of gravity through each box and all boxes above it passes through the middle
-/// half of the box's support, and the slope is at most half of the friction angle.
+/// Returns a random stable stack. The slope is at most half of the friction angle. For each box, the line of gravity
+/// through it and all boxes above it passes through the middle half of its support.
 StackCase stack_of(Random& random) {
   for (;;) {
     const int count = 2 + static_cast<int>(random.uniform(0, 4.999));
@@ -153,7 +153,8 @@ void check_stacks(int count, double seconds) {
     EXPECT_LT(move_m, kRestMove_m);
     EXPECT_LT(turn_rad, kRestTurn_rad);
     run(touched, 1000);
-    // A light body may slip under a push of 0.1 N. The body must then end in the same pose in both worlds.
+    // A push of 0.1 N may displace a light body. The body must then end in the same pose in `world`, where it may
+    // sleep, and in `touched`, where the touch stage moves it.
     nudge(world, stack);
     nudge(touched, stack);
     run(world, static_cast<int>(500 * seconds));
@@ -187,8 +188,8 @@ std::pair<double, double> moved_in_ten_seconds(const WorldDescription& descripti
 }
 
 TEST(RestingBodies, ALeaningPlankStaysWhereFrictionHoldsIt) {
-  // A uniform plank has the friction coefficient µ at floor and wall. It is stable if the tangent of its angle with the
-  // floor is above (1 − µ²) / 2µ.
+  // Static limit of a uniform plank that leans on a wall, with the friction coefficient µ at floor and wall: the
+  // tangent of its angle with the floor must be above (1 − µ²) / 2µ.
   constexpr double kFriction = 0.6, kLength_m = 0.06;
   const double steep_rad = std::atan((1 - kFriction * kFriction) / (2 * kFriction));
   for (const double margin_rad : {0.1, 0.3, 0.5}) {
@@ -229,8 +230,8 @@ TEST(RestingBodies, ALightBodyRestsOnAHeavyOneThatHangsOnAnAnchor) {
   }
 }
 
-/// A heavy body is set down on a lighter one. The heavy body must end in the same pose as in a world where the touch
-/// stage moves it all the time.
+/// A heavy body is set down on a lighter one. It must end in the same pose as in a world where the touch stage moves it
+/// at all times.
 TEST(RestingBodies, AHeavyBodyThatIsSetDownOnALightOneStays) {
   for (const double light_kg : {0.005, 0.05}) {
     WorldDescription description = world_of(
@@ -305,14 +306,16 @@ TEST(RestingBodies, AHeadOnImpactKeepsMomentumAndHasItsRestitution) {
       run(world, 80);
       const double a = world.body(BodyId{2}).V.v.x(), b = world.body(BodyId{3}).V.v.x();
       EXPECT_NEAR(0.1 * a + other_kg * b, 0.1, 1e-6);
-      // The contact layer returns up to 0.12 of the speed even without restitution.
+      // Expected: the restitution times the speed of the impact. Even without restitution, the soft contact layer
+      // returns up to 0.12 of the speed.
       EXPECT_NEAR(b - a, std::max(restitution, 0.06), 0.06) << restitution << ", " << other_kg << " kg";
     }
   }
 }
 
-/// A dumbbell that meets the table with both balls in the same step. The balls are two shapes of one body, so the pair
-/// of bodies has two patches. If `turn_rad_per_s` is positive, the second ball is faster than the first one.
+/// Result for a dumbbell that meets the table with both balls in the same step. The balls are two shapes of one body,
+/// so the pair of dumbbell and table has two contact patches. If `turn_rad_per_s` is positive, the second ball is
+/// faster than the first one.
 struct Parting {
   double met_m_per_s = 0, parted_m_per_s = 0;  ///< speed of the middle before and after the impact
 };
@@ -324,7 +327,8 @@ Parting dropped_dumbbell(double turn_rad_per_s) {
   body.touch.parts.clear();
   for (const double side : {-1.0, 1.0}) body.touch.parts.push_back({ball, {{side * kArm_m, 0, 0}, Quat::Identity()}});
   body.touch.radius_m = kArm_m + kRadius_m;
-  // With this radius of gyration, an impact at one ball does not move the second ball.
+  // The radius of gyration equals the distance of the balls from the middle. An impact at one ball then does not move
+  // the other ball.
   body.mass = mass_of(0.1, kArm_m);
   description.gravity_m_per_s2.setZero();
   World world = server_world(description);
@@ -337,7 +341,8 @@ Parting dropped_dumbbell(double turn_rad_per_s) {
 TEST(RestingBodies, ABodyOfTwoShapesBouncesWithTheSpeedOfBoth) {
   const Parting level = dropped_dumbbell(0);
   EXPECT_NEAR(level.parted_m_per_s, 0.8 * level.met_m_per_s, 0.02 * level.met_m_per_s);
-  // The balls meet the table at 0.04 and 0.96 m/s. A ball at 0.04 m/s alone would not bounce.
+  // The balls meet the table at 0.04 and 0.96 m/s. The slow ball alone would not bounce. Fails if it prevents the
+  // bounce of the body.
   for (const double turn : {-0.46 / 0.03, 0.46 / 0.03}) {
     const Parting turning = dropped_dumbbell(turn);
     EXPECT_GT(turning.parted_m_per_s, 0.3 * turning.met_m_per_s) << turn << " rad/s";
@@ -358,8 +363,8 @@ TEST(RestingBodies, ASleepingBodyReceivesTheMomentumOfAnImpact) {
   }
 }
 
-/// An impact that wakes a body reverses the order of the two bodies in their pair. The bounce must not depend on this
-/// order.
+/// The stage stores each pair of bodies in an order, which is reversed when an impact wakes one of them. The bounce
+/// must not depend on this order.
 TEST(RestingBodies, AnImpactWakesASleepingBodyWithTheSameBounceInEitherOrder) {
   for (const double restitution : {0.5, 0.9}) {
     for (const double other_kg : {0.1, 3.0}) {

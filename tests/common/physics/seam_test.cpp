@@ -17,7 +17,7 @@
 namespace tandem::physics {
 namespace {
 
-/// Size of a box. Boxes of this size have points so sparse that contacts come from the points of the tip only.
+/// Size of a box. Its points are so far apart that contacts come from the points of the tip only.
 constexpr double kWidth_m = 0.1, kHeight_m = 0.02;
 // Largest permitted lateral force beyond friction. In 700 scenes with other seeds, the largest was 0.02 N.
 constexpr double kMost_n = 0.05;
@@ -26,8 +26,9 @@ constexpr double kMost_n = 0.05;
 struct Surface {
   std::string name;
   Parts one, several;
-  /// Largest force with which the tip is pressed. On a ridge of radius R, a tip beside the crest is pushed sideways by
-  /// press/R times the tip's offset. A coupling with the stiffness k can hold the tip if the force is below k R.
+  /// Largest force with which the tip is pressed. On a ridge of the radius R, a tip that is beside the crest by an
+  /// offset is pushed sideways by force · offset / R. A coupling with the stiffness k holds the tip only if the force
+  /// is below k R.
   double most_press_n = 5;
 };
 
@@ -82,10 +83,10 @@ Surface rods(Random& random) {
   return surface;
 }
 
-/// Returns the lateral force that the seam adds. Without friction, it is the largest lateral difference between
-/// simultaneous forces on several shapes and on one shape. With friction, sticking depends on the past, so the lateral
-/// force on several shapes is compared with a limit: the largest lateral force on one shape, or the friction force if
-/// that is larger.
+/// Returns the lateral force that the seam adds.
+/// - Without friction: the largest lateral difference between simultaneous forces on several shapes and on one shape.
+/// - With friction, sticking depends on the past. The result is the excess of the lateral force on several shapes over
+///   a limit: the largest lateral force on one shape, or the friction force if that is larger.
 double sideways_apart_n(const std::vector<Vec3>& one, const std::vector<Vec3>& several, double friction) {
   double usual = 0, most = 0;
   for (const Vec3& f : one) usual = std::max(usual, f.head<2>().norm());

@@ -29,8 +29,8 @@ using ShapePointer = std::shared_ptr<const contact::ContactShape>;
 constexpr double kCoupling_n_per_m = 500;
 constexpr double kLayer_n_per_m3 = 5e9;  ///< stiffness of the two surfaces in series
 
-/// Kinds of rods. The edge of a box counts as a rod of radius 0. kGrid is one mesh of several rods that cross in one
-/// plane.
+/// Kinds of rods and other shapes of the tests. The edge of a box counts as a rod of radius 0. kGrid is one mesh of
+/// several rods that cross in one plane.
 enum class Kind : std::uint8_t { kCapsule, kCylinder, kMesh, kGrid, kEdge, kMeshEdge, kBall };
 constexpr std::array kNames = {"capsule", "cylinder", "mesh", "grid", "edge", "mesh edge", "ball"};
 constexpr double kBoxWidth_m = 0.01;
@@ -45,7 +45,8 @@ struct Rod {
   ShapePointer made() const;
   bool is_edge() const { return kind == Kind::kEdge || kind == Kind::kMeshEdge; }
   bool is_primitive() const { return kind == Kind::kCapsule || kind == Kind::kCylinder || kind == Kind::kBall; }
-  /// Returns the pose that aligns the axis or edge of the shape with x. For an edge, z points outwards.
+  /// Returns the pose in which the rod's axis, or the box's edge, lies along x. An edge has its outside in the
+  /// direction of z.
   Pose along_x() const {
     const Quat upright(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
     if (!is_edge()) return {Vec3::Zero(), upright};
@@ -118,7 +119,7 @@ struct Crossing {
   Pose X_WU;
 
   double sum_m() const { return (fixed.is_edge() ? 0 : fixed.radius_m) + tool.radius_m; }
-  /// Returns the depth at which the soft contact layer alone would have the given force.
+  /// Returns the depth at which the elastic contact layer alone, without the rigid limit, has the given force.
   double layer_depth_m(double force_n) const {
     if (fixed.is_edge()) return std::numeric_limits<double>::infinity();
     const double radius_m = tool.kind == Kind::kBall ? tool.radius_m * std::sqrt(fixed.radius_m / sum_m())
@@ -243,9 +244,10 @@ Crossing crossing_of(Random& random, bool has_mesh) {
   return crossing;
 }
 
-/// Bounds of the results of all scenes.
+/// Limits for all scenes; the same struct collects the largest values that occurred.
 struct Bounds {
-  double beyond_m = 0;    ///< depth beyond that of the contact layer, or beyond the rigid depth if this is smaller
+  /// Excess of the depth over the expected depth: that of the contact layer, but at most the rigid depth
+  double beyond_m = 0;
   double change_n = 0;    ///< change of the force on the hand in one step during the slide
   double short_of_m = 1;  ///< amount by which the depth is less than expected
 };
@@ -258,8 +260,8 @@ void expect_all_hold(std::uint64_t usual_seed, std::uint64_t usual_scenes, const
   for (std::uint64_t i = 0; i < scenes(usual_scenes); ++i) {
     const Crossing crossing = make(random);
     const Course course = run(crossing);
-    // If the fixed shape is a sharp edge, the axis of the tool's rod may be beside the edge by up to the rod's radius
-    // without having passed through it.
+    // A negative distance of the axes means that the rod has passed through. Beside a sharp edge, the axis of the
+    // tool's rod may be lower than the edge by up to the rod's radius without having passed.
     const double passed_m = crossing.fixed.is_edge() ? -crossing.tool.radius_m : 0;
     if (course.least_axes_m < passed_m) ++passed;
     const double expected_m = std::min(crossing.layer_depth_m(course.held_n), crossing.rigid_depth_m());
@@ -328,7 +330,7 @@ Crossing of_balls(Random& random) {
   crossing.tool.kind = Kind::kBall;
   crossing.angle_rad = std::numbers::pi / 2;
   crossing.slide_tool_m = crossing.along_tool_m = 0;
-  // The ball rests on top of the rod and is held by the hand only. With a larger force, the ball would roll off.
+  // Only the hand holds the ball on top of the rod. With a larger force, the ball would roll off.
   crossing.press_n = random.uniform(0.1, 0.5) * kCoupling_n_per_m * crossing.sum_m();
   crossing.approach_m_per_s = 0.01;
   return crossing;

@@ -124,7 +124,8 @@ TEST(ToolHandEnergy, HasTheForceAsItsSlopeForEveryLawWithAPotential) {
       const double slope = (energy_at(-1e-5) - energy_at(1e-5)) / 2e-5;
       const contact::SolverCoupling c = hand.coupling(0, Pose{});
       const double force = haptics::coupling_wrenches(*c.law, c.X_WH, {}, c.X_WT, {}).on_tool_W.f.x();
-      // The energy is integrated by Simpson's rule, which is less accurate where the curve bends near the limit.
+      // Tolerance: the stored energy is integrated by Simpson's rule, which is less accurate where the curve bends near
+      // the force limit.
       EXPECT_NEAR(slope, force, 2e-3 * force) << law.name << " at " << d;
     }
   }

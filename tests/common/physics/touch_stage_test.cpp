@@ -74,8 +74,8 @@ TEST(TouchSeam, MomentumOfToolAndPushedBodyChangesByTheHandsPullAlone) {
   EXPECT_LT((momentum - given).norm(), steps * left_m_per_s * (kToolMass_kg + mass_kg));
 }
 
-/// Returns the displacement in one second of a cube of 0.5 kg on a table. A tool pushes it sideways with the fraction
-/// `share` of its friction limit μ m g.
+/// Returns the distance by which a cube of 0.5 kg on a table moves in one second. A tool pushes the cube sideways with
+/// the fraction `share` of the friction limit μ m g.
 double pushed_m(double share) {
   const double mass_kg = 0.5;
   const double push_n = share * 0.5 * mass_kg * kG;
@@ -152,8 +152,8 @@ TEST(TouchSeam, TwoToolsCarryABodyByFrictionAlone) {
 }
 
 TEST(TouchSeam, ABodyTooSlipperyForItsWeightIsNotLifted) {
-  // Friction at both tools is at most 2 · 0.3 · 3.6 N = 2.2 N, which is less than the cube's weight of 0.3 kg · g = 2.9
-  // N.
+  // The tools can hold at most 2 · 0.3 · 3.6 N = 2.2 N by friction: two contacts, the friction coefficient 0.3, and 3.6
+  // N each. The cube's weight is 0.3 kg · g = 2.9 N.
   EXPECT_LT(squeeze(0.3).lifted_m, 0.03);
 }
 
@@ -231,8 +231,8 @@ TEST(TouchSeam, ATouchedBodyLeftAloneRests) {
 }
 
 TEST(TouchStage, AmongTooManyPairsThePressingOnesAreKept) {
-  // A pebble near the tool precedes the table in the scene, but only one pair of shapes is allowed. The pair of tool
-  // and table, which presses, must be kept.
+  // Only one pair of shapes is allowed in this scene. A pebble near the tool precedes the table, but does not touch the
+  // tool. The pressing pair of tool and table must be kept.
   const std::string pebble = R"({"name": "pebble", "shapes": [{"sphere": {"radius_m": 0.002}}],
                                  "placement": {"position_m": [0.0065, 0, 0.009]}})";
   const Vec3 start(0, 0, 0.006);

@@ -105,8 +105,8 @@ TEST_F(Stack, WakesABodyThatIsHit) {
   run(4);
   ASSERT_TRUE(rests(kLower) && rests(kUpper));
   bodies_[kLower].set_centre(bodies_[kLower].centre_pose(), {{-2, 0, 0}, Vec3::Zero()});
-  // Tolerance: during the test, friction transfers about a tenth of the momentum to the table, and the pressure of the
-  // tilting cubes some more.
+  // Momentum of both cubes. During the test, they lose about a tenth of it to the table by friction, and some more by
+  // the pressure of the tilting cubes.
   const auto momentum = [&] {
     return bodies_[kLower].velocity_of_centre_W().v.x() + bodies_[kUpper].velocity_of_centre_W().v.x();
   };

@@ -180,9 +180,9 @@ TEST(World, WorkOfTheCouplingIsTheToolsKineticEnergyAndWhatSamplingAdds) {
     const Vec3 before = world.tool(0).tool.V.v;
     world.step();
     const ToolState tool = world.tool(0);
-    // Let F_k be the force in step k, h the step, m the mass and v the velocity. The work of the force is F_k·h·v_{k+1}
-    // = m (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2. The last term is the additional work of a force that is held
-    // during a step.
+    // In a step h, the force F_k changes the velocity of the mass m from v_k to v_{k+1}. Its work is F_k·h·v_{k+1} = m
+    // (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2. The last term, summed in `sampling`, arises because the force is
+    // held during a step.
     sampling += 0.5 * 0.05 * (tool.tool.V.v - before).squaredNorm();
     const double kinetic = 0.5 * 0.05 * tool.tool.V.v.squaredNorm();
     ASSERT_NEAR(tool.energy_into_world_j - tool.energy_from_world_j, kinetic + sampling, 1e-12) << i;
@@ -248,7 +248,8 @@ TEST(World, GrabAndReleaseMakeNoForceStep) {
     world.step();
     steps.note_change(world);
   }
-  // At rest, only the damper's response to noise of the contact may change the force. The measured change was 1e-6 N.
+  // Tool and box are at rest. Only noise of the contact may still change the force, by way of the damper. The measured
+  // change was 1e-6 N.
   EXPECT_LT(steps.largest_n, 1e-3);
 }
 
@@ -344,8 +345,8 @@ TEST(World, ABodyWaitsForTheToolThatHoldsItFromTheStart) {
 }
 
 TEST(World, ManyHandsAndAWildCouplingStayCalm) {
-  // Four hands hold a body of 20 g beside its centre. Each coupling is 40 times stiffer than the stability limit of
-  // explicit integration.
+  // Four hands hold a body of 20 g beside its centre. Explicit integration would be stable only with a fortieth of each
+  // coupling's stiffness.
   std::string tools;
   for (const char* name : {"t0", "t1", "t2", "t3"}) {
     if (!tools.empty()) tools += ",";
@@ -395,8 +396,8 @@ TEST(World, RequestingACouplingAtEveryStepHasTheEffectOfOneRequest) {
     }
     return world.body(BodyId{1}).X.p.z();
   };
-  // A coupling that is set in every step must give the same height as one that is set once, during the ramp and long
-  // after it.
+  // The height while a coupling is set in every step must equal that of a coupling that is set once. This must hold
+  // during the ramp (40 steps) and long after it.
   for (const int steps : {40, 3000}) EXPECT_EQ(height_after(steps, true, false), height_after(steps, false, false));
   EXPECT_NEAR(1 - height_after(3000, true, false), 0.12 * kWorldG / 900, 1e-6);
   // A tool that is activated after the change has the new coupling at once, without a ramp.
@@ -443,8 +444,8 @@ TEST(World, ToolDoesNotPassAnExactMeshWallAt1MetreASecond) {
 
 TEST(World, BodyThatIsNotFiniteIsPutBackAndReported) {
   auto scene = std::make_shared<server::LoadedScene>(*load_parts({.bodies = cube("a", 0.1, {0, 0, 1})}));
-  // The scene loader would refuse a gravity that is not finite. It is set here to make the state of the body not
-  // finite.
+  // A gravity of NaN makes the state of the body not finite. It is set after loading, because the scene loader would
+  // refuse it.
   scene->world.gravity_m_per_s2.x() = std::numeric_limits<double>::quiet_NaN();
   World world(server::make_server_world(scene));
   EXPECT_NE(world.step() & kFaultNotFinite, 0U);

@@ -102,7 +102,8 @@ TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
   EXPECT_THAT(missing, Contains(HasSubstr("use a priority from 1 to 99")));
 }
 
-/// Exits with 0 if a request with a priority keeps processors from deep sleep and a request without priority does not.
+/// Exits with 0 if both conditions hold: a request with a priority keeps processors from deep sleep, and a request
+/// without priority does not.
 [[noreturn]] void request_light_sleep_and_exit() {
   const auto holds_it = [] {
     const std::filesystem::directory_iterator files("/proc/self/fd");

@@ -136,9 +136,10 @@ bool is_beginning(const Messages& read, const Messages& written) {
   return read.size() <= written.size() && std::equal(read.begin(), read.end(), written.begin(), has_same_content);
 }
 
-/// Returns whether `read` consists of whole chunks of `written`, each with its messages in order. A chunk may occur
-/// twice, because damage can duplicate it in the file. The last chunk may be incomplete, because a message with a
-/// damaged channel ends the reading.
+/// Returns whether `read` consists of whole chunks of `written`, each with its messages in order. Two exceptions are
+/// allowed:
+/// - A chunk may occur twice, because damage can duplicate it in the file.
+/// - The last chunk may be incomplete, because a message with a damaged channel ends the reading.
 bool is_of_chunks(const Messages& read, const Written& written) {
   std::vector<int> times(written.chunks_at.size());
   std::size_t at = 0;

@@ -173,7 +173,7 @@ TEST_F(Split, ARecordingOfTheTrainingIsRefusedWithOtherBlocks) {
   for (const CalibrationBlock& block : test.blocks)
     EXPECT_THAT(model.trained_blocks, testing::Not(testing::Contains(block.fingerprint))) << "the blocks must differ";
   EXPECT_THAT(message_of([&] { validate(model, test, 100, 1); }), HasSubstr("was trained with this recording"));
-  // Within one calibration, the same recording with different blocks must also be detected as a copy.
+  // A recording that occurs twice in one calibration must be detected as a copy, even if its blocks differ.
   EXPECT_THAT(message_of([&] { add_session(training, recording); }), HasSubstr("has the same samples as"));
 }
 

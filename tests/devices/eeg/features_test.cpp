@@ -25,8 +25,8 @@ std::vector<double> sine(std::size_t count, double frequency_hz, double rate_hz,
   return x;
 }
 
-/// Returns series of fractional Brownian motion: cumulative sums of fractional Gaussian noise, which Hosking's
-/// recursion generates. The fractal dimension of such a series is known: 2 − hurst.
+/// Returns random series whose fractal dimension is known, 2 − hurst: fractional Brownian motion. They are cumulative
+/// sums of fractional Gaussian noise, which Hosking's recursion generates.
 ///
 /// Source  Hosking, "Modeling persistence in hydrological time series using fractional differencing", Water Resources
 ///         Research 20, 1984; exact for any covariance. The coefficients are computed once for all series

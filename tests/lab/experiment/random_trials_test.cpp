@@ -106,7 +106,8 @@ TEST(RandomClaims, DoNotHoldWhereNothingWasMeasured) {
   EXPECT_EQ(held({}), (std::vector<bool>(8, false)));
   EXPECT_EQ(held({outcome("soft", "completed", 0.1, 0.001, 0.02)}),
             (std::vector<bool>{true, true, true, true, false, true, false, false}));
-  // The link of this trial is silent for 200 ms. Such a trial must not count as a measurement for any claim.
+  // The link of this trial is silent for 200 ms. The trial must not count in any claim, because the displayed force
+  // decays during such a silence.
   EXPECT_EQ(held({outcome("soft", "completed", 0.1, 0.001, 0.02, 200)}), (std::vector<bool>(8, false)));
   for (const RandomClaim& claim : random_claims(good_outcomes())) EXPECT_GT(claim.trials, 0U) << claim.text;
 }

@@ -45,8 +45,7 @@ constexpr std::array kShipped = {"free",
                                  "turn_squeezed",
                                  "two_plates",
                                  "box_on_box"};
-/// Phases that metrics evaluate: free motion, motion in contact or with a held body, shaking a held body, pressing or
-/// carrying at rest.
+/// Names of the phases that metrics evaluate. A phase with another name, e.g. a misspelt one, would not be evaluated.
 constexpr std::array kPhases = {"approach", "move", "contact", "slide", "shake", "hold", "retreat"};
 
 Experiment shipped(const std::string& name) {
@@ -134,8 +133,9 @@ TEST(ShippedPaths, DockingMovesAtFiftyMillimetresASecond) {
   for (const char* phase : {"move", "contact", "slide"}) EXPECT_NEAR(greatest_speed(path, phase), 0.05, 0.003) << phase;
 }
 
-// The intended circle lies inside the ball. The tool's centre is on the line from the ball's centre through the
-// intended point, at a distance of 25 mm: the sum of the radii of ball and tip.
+// The hand intends a circle inside the ball, so the tool is pressed against the ball. The tool's centre is on the line
+// from the ball's centre through the intended point, 25 mm from the ball's centre (the sum of the radii of ball and
+// tip). The test computes the speed of the tool at this distance.
 TEST(ShippedPaths, CurveLeadsTheToolRoundTheBallAtTenCentimetresASecond) {
   const Experiment experiment = shipped("curve");
   const auto scene = load_experiment_scene(experiment);

@@ -65,19 +65,20 @@ TEST(Capri, LigandRmsdOfATranslationIsItsLengthAndHydrogensDoNotCount) {
 TEST(Capri, InterfaceRmsdOfEqualHalvesDrawnApartIsHalfTheWay) {
   const docking::Molecule a = square(), b = square();
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(4)), 0, 1e-9);
-  // The second molecule is displaced by 3 Å. With four atoms in each molecule, the superposition divides this
-  // displacement equally, and each molecule deviates by 1.5 Å. A rotation cannot reduce the deviation.
+  // The second molecule is 3 Å farther away than in the native pose. Both molecules have four atoms, so the optimal
+  // superposition moves each by half of the 3 Å. Every atom then deviates by 1.5 Å. A rotation cannot reduce this
+  // deviation.
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(4), at_x(7)), 1.5, 1e-9);
-  // With n atoms in one molecule and m in the other, the deviation is √(n m) / (n + m) of the displacement. Here n = 4
-  // and m = 1.
+  // Molecules with different numbers of atoms, n = 4 and m = 1: the optimal superposition moves each molecule in
+  // proportion to the other's number of atoms. The RMSD is the displacement of 3 Å times √(n m) / (n + m) = 2/5.
   docking::Molecule single;
   add_atom(single, "1", "C1", Vec3::Zero());
   EXPECT_NEAR(interface_rmsd_angstrom(a, single, at_x(4), at_x(7)), 3 * 2.0 / 5, 1e-9);
 }
 
 TEST(Capri, InterfaceRmsdOfATurnAboutTheLineOfSquaresIsThatOfHalfTheTurn) {
-  // The superposition rotates both squares by half the angle. Corners at a distance of √2 Å from the axis then deviate
-  // by 2 √2 sin(angle / 4).
+  // The second square is rotated by `angle`. The optimal superposition rotates both squares by half of it, so each
+  // square is off by angle / 2. A corner is √2 Å from the axis and deviates by the chord 2 √2 sin(angle / 4) Å.
   const double angle = 0.8;
   const Pose X_AB = turned(Vec3::UnitX(), angle, {4, 0, 0});
   EXPECT_NEAR(interface_rmsd_angstrom(square(), square(), at_x(4), X_AB), 2 * std::numbers::sqrt2 * std::sin(angle / 4),
@@ -117,8 +118,9 @@ TEST(Capri, InterfaceIsTheBackboneOfResiduesWithinTenAngstrom) {
   add_atom(a, "1", "CB", {0, 0, 3});
   add_amino_acid(a, "2", -2.5);
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(8), at_x(10)), 1, 1e-9);
-  // A calcium ion is named CA like the α carbon, but it is a residue of its own. With this ion, molecule a has five
-  // atoms in the interface and molecule b has four.
+  // A calcium ion has the name CA, like the α carbon of an amino acid, but it is a residue of its own and must count
+  // with all its atoms. With the ion, molecule a has n = 5 interface atoms and molecule b has m = 4: the RMSD is 2 Å ·
+  // √(n m) / (n + m).
   add_atom(a, "3", "CA", {0, 0.5, 0}, "CA");
   EXPECT_NEAR(interface_rmsd_angstrom(a, b, at_x(8), at_x(10)), 2 * std::sqrt(20.0) / 9, 1e-9);
   EXPECT_TRUE(std::isnan(interface_rmsd_angstrom(a, b, at_x(30), at_x(8))));
@@ -135,15 +137,15 @@ TEST(Capri, OfANucleotideTheSugarAndPhosphateAreTheBackbone) {
 }
 
 TEST(Capri, NativeContactsAreResiduesWithinFiveAngstromOfHeavyAtoms) {
-  // Two rows of three residues are 4 Å apart. The distance of a residue from the residue opposite to its neighbour is
-  // √(4² + 6²) Å, more than the limit of 5 Å.
+  // Two parallel rows of three residues are 4 Å apart, so opposite residues are in contact (limit 5 Å). Other pairs are
+  // not: they are at least √(4² + 6²) = 7.2 Å apart.
   const docking::Molecule a = row_of_residues(3, 6), b = row_of_residues(3, 6);
   EXPECT_EQ(residue_pairs_within(a, b, at_x(4), kResidueContact_angstrom), (Pairs{{0, 0}, {1, 1}, {2, 2}}));
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(4)), 1);
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(5)), 1) << "5 Å is within 5 Å";
   EXPECT_EQ(native_contact_share(a, b, at_x(4), at_x(5.01)), 0);
-  // A rotation about the first residue moves residue k by a chord of 12 k sin(angle / 2) Å, because neighbours are 6 Å
-  // apart. The contact of residue k is lost if its chord exceeds 3 Å.
+  // The second row is rotated about its first residue (k = 0). Residue k is 6 k Å from the axis and moves by the chord
+  // 12 k sin(angle / 2) Å. Its contact is lost if the chord exceeds √(5² − 4²) = 3 Å.
   EXPECT_NEAR(native_contact_share(a, b, at_x(4), turned(Vec3::UnitX(), 0.4, {4, 0, 0})), 2.0 / 3, 1e-12);
   EXPECT_NEAR(native_contact_share(a, b, at_x(4), turned(Vec3::UnitX(), 0.6, {4, 0, 0})), 1.0 / 3, 1e-12);
   // A shift by one residue along the row replaces every native contact by another contact.

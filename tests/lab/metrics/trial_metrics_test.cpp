@@ -89,7 +89,8 @@ TEST(TrialMetrics, ContactErrorIsTheRmsDifferenceAtTheSameTime) {
   EXPECT_NEAR(metric("contact_error_rms_n", trace, &reference), 0.3 / std::sqrt(2.0), 1e-9);
   EXPECT_EQ(metric("contact_error_rms_n", reference, &reference), 0);
   EXPECT_NEAR(metric("contact_error_fraction", trace, &reference), 0.3 / std::sqrt(2.0) / 2, 1e-9);
-  // A force 2 N + sin(2π f t) with f = 1 Hz that is late by T = 20 ms has an error of the amplitude 2 sin(π f T).
+  // The force is 2 N + 1 N · sin(2π f t) with f = 1 Hz, but late by T = 20 ms. Its error is a sine with the amplitude 2
+  // sin(π f T) N.
   const SessionTrace late = pressing([](TickSample& tick, double t) { force(tick, 2 + sine(1, t - 0.020)); });
   EXPECT_NEAR(metric("contact_error_rms_n", late, &reference), 2 * std::sin(std::numbers::pi * 0.020) / std::sqrt(2.0),
               1e-6);
@@ -130,8 +131,8 @@ SessionTrace shaking(double mass_kg, double noise_n = 0) {
                     }
                     tick.hand_D.p = Vec3(0.2 + x, 0, 0.1);
                     tick.hand_twist_D.v = Vec3(v, 0, 0);
-                    // Each force is held for 1 ms. The mean of two successive forces therefore belongs to the tick
-                    // between them.
+                    // The force of a tick is held for 1 ms. Therefore the force at the time of a tick is the mean of
+                    // the forces held before and after it.
                     tick.displayed_D.f = Vec3(-(mass_kg * a + 0.5 * v + 20 * x) + noise_n * sine(17, t), 0, -2);
                   });
 }
@@ -218,7 +219,8 @@ TEST(TrialMetrics, PathErrorsAreOfTheWholePathAndOverThePeak) {
     force(tick, t < 1 ? 0 : 2);
     tick.displayed_D.t.y() = t < 1 ? 0 : 0.02;
   });
-  // The traces differ only in the first of seven seconds, in which the hand is not in contact.
+  // The trace differs from the reference only in the first of its seven seconds, in the phase "move". Metrics of
+  // contact must not count this difference; metrics of the whole path must.
   const SessionTrace trace = pressing([](TickSample& tick, double t) {
     force(tick, t < 1 ? 1 : 2);
     tick.displayed_D.t.y() = t < 1 ? 0.01 : 0.02;
@@ -313,8 +315,8 @@ TEST(EnergyLedger, TheGreatestSurplusAtAnyTimeCounts) {
 }
 
 TEST(EnergyLedger, AShortRiseIsDetectedWhateverWasDissipatedBefore) {
-  // First 1 W is dissipated for half a second, then 0.4 W is created. The rise within 100 ms must count only the second
-  // part.
+  // The first half second dissipates energy at 1 W; then energy is created at 0.4 W. The rise within 100 ms must be
+  // 0.04 J. Fails if the earlier dissipation is offset against the later creation.
   SessionTrace trace = working(0, 0);
   for (std::size_t k = 0; k <= 1000; ++k) {
     const double t = static_cast<double>(k) / 1000;
@@ -349,8 +351,11 @@ TEST(EnergyLedger, ADelayedSpringCreatesTheEnergyThatTheoryPredicts) {
       const auto tick = Tick{static_cast<std::uint64_t>(k) + 77};
       trace.users[0].answered.push_back({milliseconds(k + late_ms / 2), tick, 0.5 * kSpring * z * z});
     }
-    // A spring k whose response is late by T creates π k A² sin(ωT) in each of the five periods, with the amplitude A
-    // and the angular frequency ω of the hand.
+    // Theory: a spring whose force is late creates the energy π k A² sin(ωT) in each period of the hand's oscillation.
+    // * k: stiffness of the spring; T: lateness
+    // * A, ω: amplitude and angular frequency of the hand
+    //
+    // The trace of 1 s has five periods.
     const double theory_j = 5 * std::numbers::pi * kSpring * kSwing_m * kSwing_m * sine(5, late_ms * 1e-3);
     EXPECT_NEAR(energy_ledger(trace).created_max_j, theory_j, 0.1 * theory_j + 0.01) << late_ms;
   }
@@ -396,8 +401,8 @@ TEST(TrialMetrics, ViewsThatArriveApartDivergeByTheMovementBetween) {
   EXPECT_NEAR(metric("view_divergence_max_m", trace), 0, 1e-12);
   for (TickSample& tick : trace.users[1].ticks) tick.view_W.x() -= 0.2 * 0.050;
   EXPECT_NEAR(metric("view_divergence_max_m", trace), 0.010, 1e-9);
-  // Replaces the samples of the second user by samples of the same motion at other times. The metric interpolates
-  // linearly, so the difference between the users must stay zero.
+  // The second user now sees the same motion, but its samples are taken 0.5 ms later than those of the first user. The
+  // metric must interpolate to equal times, so the difference between the users must not change.
   SessionTrace shifted = trace;
   for (TickSample& tick : shifted.users[1].ticks) {
     tick.view_W.x() += 0.2 * 0.0505;

@@ -146,8 +146,8 @@ TEST(GameReplay, OfSignalsAndADecisionTableGivesTheSameLevels) {
     game.room.watch(recorder);
     game.room.watch(then);
     game.join(0);
-    // The value of the signal is first positive, then negative. From step 25 on no value is sent, so that it becomes
-    // stale.
+    // The value of the signal is positive in the first 12 steps and negative in the next 13. After that no value is
+    // sent, so the signal becomes stale.
     for (int i = 0; i < 50; ++i) {
       const double value = i < 12 ? 0.5 : -0.5;
       if (i < 25) {

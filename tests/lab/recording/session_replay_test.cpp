@@ -150,8 +150,8 @@ TEST_F(SessionReplayTest, NamesTheFirstStepAndValueThatDiffer) {
   std::ofstream(scene()) << heavier;
   EXPECT_THROW(replay(), std::invalid_argument) << "another scene is not played";
 
-  // Restores the scene, and changes one input of the recording. This simulates a replay by a build that computes
-  // different results.
+  // Restores the scene, and changes the inputs of step 800 in the recording. The replay must then differ from the
+  // recorded states from this step on, as if a different build had computed it.
   std::ofstream(scene()) << physics::scene_json({.bodies = kBodies, .tools = kTools});
   rewrite([](wire::RecordedStep& step) {
     if (step.step() == 800 && step.inputs_size() > 0) {

@@ -103,8 +103,9 @@ TEST(RoomStart, HandsStartTogetherEvenIfAUserJoinsLate) {
     for (const auto& user : session.users) {
       const client::HapticCore& hand = user->client.haptics();
       ASSERT_LT(hand.began_at(), session.clock.now()) << "trial " << trial << ": it did not begin";
-      // Both ends use the same clock in this test. Therefore the error of each offset estimate is at most the standard
-      // deviation of the jitter, 5 ms.
+      // Client and server use the same clock in this test, so the true clock offset is 0. Each client's estimate of the
+      // offset may be wrong by up to 5 ms, the standard deviation of the jitter. Two hands may thus start up to 10 ms
+      // apart.
       EXPECT_LT(std::abs(to_seconds(hand.began_at() - first)), 0.010) << "trial " << trial;
       EXPECT_EQ(user->device.path_time(), hand.record().at - hand.began_at());
     }

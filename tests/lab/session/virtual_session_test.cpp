@@ -219,8 +219,8 @@ TEST(VirtualSession, UsersSeeTheBodyThatHandsCanHold) {
   EXPECT_EQ(trace.body_names[*trace.watched_body], "block");
   for (const UserTrace& each : trace.users) {
     EXPECT_TRUE(each.ticks.back().has_view) << each.user.name;
-    // The block still moves after the push. Its displayed position is 10 ms old and may therefore differ by up to 20
-    // mm.
+    // The block still moves after the push. The user sees its position of 10 ms ago, which may differ from the current
+    // one by up to 20 mm.
     EXPECT_NEAR((each.ticks.back().view_W - trace.bodies.back().X_WB[0].p).norm(), 0, 0.02);
   }
   Experiment elsewhere = pushing();

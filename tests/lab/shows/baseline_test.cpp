@@ -32,8 +32,8 @@ TEST(Wave, CreatesNoEnergyAtAnyDelay) {
   }
 }
 
-// In the stage late-pose, the tool follows a delayed pose. The tool gives energy to the block that no hand supplies,
-// unless the room limits the energy of the tool.
+// In the stage late-pose, the tool at the server follows a delayed pose of the hand. Thus the tool transfers energy to
+// the block that the hand does not supply. With passivity control, the room must limit the energy of the tool.
 TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolsEnergyIsLimited) {
   const Shown off("push", bare("late-pose", 100));
   const Shown on("push", {"stage=late-pose", "passivity=true", "link.rtt_ms=100"});
@@ -46,7 +46,8 @@ TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolsEnergyIsLimited) {
   EXPECT_GT(on["tool_energy_limited_fraction"], 0);
 }
 
-// The linear predictor extrapolates the rise of a force that no longer rises. The overshoot increases with the delay.
+// When a force stops rising, the linear predictor continues to extrapolate the rise until newer states arrive.
+// Therefore its force overshoots, the more the longer the delay is.
 TEST(Linear, Overshoots) {
   const Shown linear("wall", bare("linear", 100));
   const Shown hold("wall", bare("hold", 100));

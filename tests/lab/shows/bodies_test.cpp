@@ -38,8 +38,9 @@ TEST(Docking, HasAtMostHalfTheForceErrorOfNoPrediction) {
   }
 }
 
-// The residual force (the server's minus the local model's) corrects a wrong mass in the model. It is displayed with a
-// gain that depends on the recent accuracy of its prediction.
+// The local model has a wrong mass. Its error must be corrected by the residual force, which is the server's force
+// minus the local model's. Fails if the residual force is displayed with too small a gain; the gain depends on how
+// accurately the residual force was predicted before.
 TEST(MassOfTheModel, WrongByFortyPercentIsFeltRight) {
   for (const char* scale : {"model.mass_scale=0.6", "model.mass_scale=1.4"}) {
     const Shown mass("mass", disturbed(100, {scale}));

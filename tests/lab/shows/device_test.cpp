@@ -48,8 +48,8 @@ TEST_P(Device, FeelsTheWallWithAndWithoutDelay) {
 INSTANTIATE_TEST_SUITE_P(Profiles, Device, testing::ValuesIn(profiles()),
                          [](const auto& each) { return name_of_profile(each); });
 
-// The path requires more than 2 N, the force limit of the inverse3. At the server, the tool must be pulled only by the
-// force that the device displays.
+// The force limit of the device inverse3 is 2 N, but the path would require a larger force. Fails if the tool at the
+// server is pulled with more than the force that the device displays.
 TEST(Device, OfTwoNewtonsPushesWithoutAStepAndMakesNoEnergy) {
   for (const double round_trip_ms : {0.0, 100.0}) {
     const Shown push("push", held("inverse3", round_trip_ms));

@@ -40,9 +40,9 @@ OnClient setting(const std::map<Duration, std::string>& laws) {
   };
 }
 
-/// Returns conditions in which the hand presses so deeply on the wall that each law displays more than 1 N. A force
-/// that is delayed by a round trip makes the hand oscillate above a certain delay. In stage "hold" the speed of the
-/// hand is 0.04 mm/s at 18 ms, and 16 mm/s from 20 ms on. At 15 ms, the value used here, the hand is at rest.
+/// Returns conditions in which the hand presses on the wall so deeply that every law displays more than 1 N. The round
+/// trip is 15 ms, so that the hand rests in every stage. With a longer delay the hand would oscillate: in stage "hold"
+/// its speed is 0.04 mm/s at 18 ms, but 16 mm/s from 20 ms on.
 /// Source  tandem-lab run wall --single --stage hold --set law=spring-damper --set link.rtt_ms=18,20
 Quantities wall_with(const std::string& law, const std::string& stage) {
   return {"link.rtt_ms=15", "law=" + law, "stage=" + stage};
@@ -124,8 +124,9 @@ INSTANTIATE_TEST_SUITE_P(Stages, ChangedLawInStage, testing::Values("late-pose",
                            return name;
                          });
 
-// Only friction holds a cube of 0.3 kg in the air. With a curve sharpness of 4, the law "stable-dynamic" presses with
-// more force than "spring-damper", so the cube cannot fall because of the change itself.
+// Two users hold a cube of 0.3 kg in the air by friction alone. With a curve sharpness of 4, the law "stable-dynamic"
+// presses with more force than "spring-damper". Therefore neither law drops the cube. It falls only if the force drops
+// during the change.
 TEST(ChangedLawOfTwo, CausesNoForceStepForEitherUserAndDropsNoBody) {
   const Quantities quantities{"link.rtt_ms=50", "coupling.curve_sharpness=4"};
   const SessionTrace always = run(operated("squeeze", quantities));

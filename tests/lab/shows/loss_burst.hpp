@@ -10,9 +10,9 @@
 
 namespace tandem::lab {
 
-/// If no state arrives for 60 ms, the force must decay to zero, because the server may have failed. Later it must
-/// return over the start ramp. The bad periods of this link last 60 ms on average and occur every few seconds, so that
-/// some are long enough.
+/// Checks the displayed force around loss bursts. If no state has arrived for 60 ms, the force must decay to zero,
+/// because the server may have failed. When states arrive again, the force must return over the start ramp. Loss bursts
+/// of this link last 60 ms on average and occur every few seconds, so that some are long enough.
 inline void expect_recovery_from_bursts(bool passivity) {
   const Shown shown("wall", {"link.rtt_ms=100", "link.loss=0.03", "link.bad_period_ms=60",
                              std::string("passivity=") + (passivity ? "true" : "false")});

@@ -52,8 +52,8 @@ TEST(Results, AreReproducibleForAnyNumberOfThreads) {
   EXPECT_EQ(results_text("shows_twice", 2), once);
 }
 
-// At the full rate each direction needs about 375 kB/s, more than the line carries. Fails without rate control: the
-// queue would grow without bound, and the cube would never be lifted.
+// Two users at the full message rate need about 375 kB/s in each direction, more than the line carries. Fails without
+// rate control: packets would queue for longer and longer, and the cube would never be lifted.
 TEST(NarrowLink, ReceivesOnlyItsBandwidthAndTwoUsersStillSqueezeABody) {
   for (const double carried : {300e3, 80e3}) {
     const Shown squeeze("squeeze", {"link.rtt_ms=50", "link.rate_limit_bytes_per_s=" + std::to_string(carried)});

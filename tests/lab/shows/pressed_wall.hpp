@@ -12,8 +12,8 @@ namespace tandem::lab {
 
 using Ticks = std::vector<TickSample>;
 
-/// Times of a change and of the change back, within the 14 s of the experiment "wall". The hand presses deeper from 5.1
-/// s to 7.1 s, and is at rest from 9.6 s to 13.1 s.
+/// Times at which a setting is changed and changed back, in the experiment "wall" (14 s). In this experiment the hand
+/// presses deeper from 5.1 s to 7.1 s, and rests from 9.6 s to 13.1 s.
 struct Change {
   Duration there{};
   Duration back{};

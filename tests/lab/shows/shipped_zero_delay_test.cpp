@@ -114,8 +114,8 @@ TEST(Squeeze, IsDroppedByHandsThatAreShownLateForces) {
   }
 }
 
-// By Coulomb's law, each of the two contacts carries at most µ · 3.6 N. With µ = 0.5 both together carry 3.6 N; the
-// weight is 2.94 N.
+// Each hand presses with 3.6 N. By Coulomb's law, a contact with µ = 0.5 carries at most 1.8 N, so both contacts carry
+// 3.6 N. The weight of the cube is 2.94 N, so the margin is small.
 TEST(SqueezeSlippery, IsLiftedWithoutDelayAndDroppedWithIt) {
   EXPECT_GE(heights(run("squeeze_slippery"), "cube", 6.3, 8.8).first, 0.01);
   for (const char* stage : {"late-pose", "hold"}) {

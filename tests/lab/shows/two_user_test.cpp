@@ -62,7 +62,8 @@ TEST(SqueezeSlippery, IsLiftedAndNotDroppedAt200Ms) {
   EXPECT_EQ(squeeze["slew_activations"], 0);
 }
 
-// During a gap of 85 ms, both hands move at 150 mm/s along the direction in which they press, i.e. by 13 mm.
+// Both hands carry the body at 150 mm/s along the direction in which they press. During a gap of 85 ms they move by 13
+// mm. Fails if the force then becomes so small that the body falls.
 TEST(CarryAlongFast, IsNotDroppedInAGapOfTheNetwork) {
   const Shown shown("carry_along_fast", disturbed(100, {"seed=25"}));
   EXPECT_GT(shown["silence_max_ms"], 80);
@@ -129,8 +130,8 @@ TEST(Together, ABodyCarriedByOneUserContinuesDuringANetworkGap) {
   }
 }
 
-// The plate moves at 125 mm/s in all directions. A model in which the partner's hand stays in place would give a drag
-// of 1.25 N.
+// Two users carry the plate at 125 mm/s in changing directions. Fails if the local model assumes that the partner's
+// hand stays in place; the user would then feel a drag of 1.25 N.
 TEST(Together, APlateCarriedByTwoDragsByLessThanATenthOfItsWeight) {
   EXPECT_LE(Shown("two_carry", disturbed(100))["contact_error_rms_n"], 0.29);
 }
@@ -189,8 +190,8 @@ TEST(Deadband, OfATenthLeavesOut85PercentOfTheDatagramsAndNotTheForceOfThePeg) {
   expect_few_datagrams("peg");
 }
 
-// A loss burst of 60 ms makes the force decay (see expect_recovery_from_bursts()), and the hand moves in response.
-// Fails if this motion makes the local model diverge.
+// A loss burst of 60 ms makes the displayed force decay (see expect_recovery_from_bursts()), so the hand moves. Fails
+// if the local model then diverges from the server.
 TEST(Deadband, DoesNotDivergeOnThePegWhenATenthIsLost) {
   const Shown lossy("peg", {"link.rtt_ms=100", "deadband=0.1", "link.loss=0.1"});
   EXPECT_EQ(lossy.outcome(), "completed");

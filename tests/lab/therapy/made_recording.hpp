@@ -74,7 +74,8 @@ class MadeRecording {
       end_step();
     }
   }
-  /// Ends the current chunk of the file, so that the messages before this call have a checksum of their own.
+  /// Ends the current chunk of the file. Each chunk has a checksum, so damage in later messages does not invalidate the
+  /// messages before this call.
   void begin_chunk() {
     const auto chunk = writer_.pop_chunk();
     bytes_.insert(bytes_.end(), chunk.begin(), chunk.end());
@@ -103,7 +104,8 @@ class MadeRecording {
   Vec3 force_n = Vec3::Zero();
   std::uint32_t held_body = 0;
   bool has_client_clock = true;
-  std::uint64_t network_delay_ns = 0;  ///< delay that is added to the times of the following steps
+  /// simulated network delay of the inputs: added to the arrival times of the following steps
+  std::uint64_t network_delay_ns = 0;
 
  private:
   void end_step() {

@@ -19,9 +19,11 @@ inline double minimum_jerk_speed(double tau) {
   return tau <= 0 || tau >= 1 ? 0 : 30 * tau * tau * (1 - tau) * (1 - tau);
 }
 
-/// Magnitude of the spectrum of minimum_jerk_speed(), relative to its value at 0 Hz, at k = π f T (frequency f,
-/// duration T). The Fourier integral of (1 − x²)² over −1 ≤ x ≤ 1 is 16 j₂(k)/k², where j₂ is the spherical Bessel
-/// function.
+/// Returns the magnitude of the spectrum of minimum_jerk_speed(), divided by its value at 0 Hz.
+/// * k = π f T, with the frequency f and the duration T of the movement
+/// * j₂: spherical Bessel function
+///
+/// The speed is proportional to (1 − x²)² over −1 ≤ x ≤ 1. The Fourier integral of this function is 16 j₂(k)/k².
 inline double minimum_jerk_spectrum(double k) {
   if (k < 1e-2) return 1 - k * k / 14;
   const double j2 = (3 / (k * k * k) - 1 / k) * std::sin(k) - 3 * std::cos(k) / (k * k);

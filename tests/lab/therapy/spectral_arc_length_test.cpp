@@ -14,9 +14,9 @@ namespace {
 
 constexpr double kRate_hz = 100;
 
-/// Tolerance of the arc length. The cut-off frequency is one of the frequencies of the Fourier transform. It is below
-/// the cut-off of the continuous spectrum by at most one frequency spacing, i.e. 1/16 of the inverse duration. Within
-/// one spacing, the spectrum near the threshold changes by up to 0.02.
+/// Tolerance of the arc length. The discrete Fourier transform has a frequency spacing of 1/16 of the inverse duration.
+/// Its cut-off frequency is therefore up to one spacing below that of the continuous spectrum. Within one spacing, the
+/// spectrum near the threshold changes by up to 0.02, and the arc length by about as much.
 constexpr double kTolerance = 0.02;
 
 TEST(SpectralArcLength, OfMinimumJerkIsItsClosedFormForEachDurationAndAmplitude) {

@@ -84,7 +84,8 @@ TEST(ChooseField, UsesAnAvailableGridAndTheSameFieldForSwappedRoles) {
 TEST(ChooseField, OfTooManyAtomsForAGridIsTheSmallestCutOffThatKeepsTheWellOrErrsLeast) {
   const ProteinPair pair(12'100, 12'050);
   const Vec3 offset(0, 0, 60);
-  // Without charges, all omitted terms are attractive and add up. A wider cut-off therefore has a smaller error.
+  // In a model without charges, all terms beyond the cut-off are attractive, so their omission is an error of one sign.
+  // A wider cut-off therefore always has a smaller error.
   FieldModel chosen;
   choose_field(pair.a, pair.b, offset, chosen);
   EXPECT_FALSE(chosen.has_far_grid);

@@ -70,7 +70,7 @@ test::Surface box() {
 struct Part {
   test::Surface surface;
   double scale = 1;
-  double ratio = 0;  ///< distance from the origin in units of the size
+  double ratio = 0;  ///< distance of the part from the origin, divided by the size of the part
 };
 
 Part random_part(Random& random) {
@@ -93,7 +93,7 @@ Part random_part(Random& random) {
   return part;
 }
 
-/// File contents for a part, and the reason for which the reader may refuse them.
+/// A part, written in one file format, and the reason for which the reader may refuse the file.
 struct Written {
   std::string name, bytes;
   bool is_single = false;     ///< true if the file or its parser uses single precision

@@ -51,7 +51,8 @@ TEST(MolecularScale, OfTwoAtomsIsThatOfTheClosedForm) {
   const std::array<const docking::Molecule*, 2> molecules{&a, &b};
   const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3(4, 0, 0)};
   const auto notes = complete_molecular_scale(field, molecules, centres, {});
-  // The Lennard-Jones attraction is strongest at r = (26/7)^(1/6) σ. This attraction is scaled to 1 N.
+  // Expected scale: it maps the strongest attraction to 1 N. The Lennard-Jones attraction of two atoms is strongest at
+  // r = (26/7)^(1/6) σ.
   const double s6 = 7.0 / 26;
   const double pull = 24 * kEpsilon / kSigma * std::pow(s6, 1.0 / 6) * (s6 - 2 * s6 * s6) / kKilojoulesPerKilocalorie;
   EXPECT_NEAR(field.newtons_per_kcal_per_mol_angstrom(), 1 / pull, 0.01 / pull);
@@ -73,8 +74,8 @@ TEST(MolecularScale, OfTwoAtomsIsThatOfTheClosedForm) {
   EXPECT_THAT(notes, ElementsAre(HasSubstr("pairs of atoms act on each other"), HasSubstr("1 N in the hand is")));
 }
 
-/// A block beside the origin with a pocket in the middle of one face. Only the lining of the pocket attracts strongly,
-/// so a probe that never enters the pocket finds too little attraction.
+/// Returns a block beside the origin, with a pocket in the middle of one face. Only the inner surface of the pocket
+/// attracts strongly. Fails if the probe never enters the pocket: it would find too little attraction.
 docking::Molecule block_with_pocket(const Vec3& pocket) {
   docking::Molecule block;
   for (int layer = 0; layer < 3; ++layer) {
@@ -137,8 +138,8 @@ TEST(MolecularScale, LikeChargesThatOnlyRepelHaveOneToo) {
   const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3::Zero()};
   complete_molecular_scale(field, molecules, centres, model);
   EXPECT_NEAR(field.newtons_per_kcal_per_mol_angstrom(), 0.03, 1e-9) << "molecules without attraction get the default";
-  // At 0.03 N per kcal/mol/Å, a push of 5 N corresponds to 167 kcal/mol/Å. The electrostatic repulsion alone is weaker,
-  // so the knee must be at an energy where the atoms also repel each other by their Lennard-Jones potential.
+  // Expected knee: the energy at a repulsion of 5 N, which is 167 kcal/mol/Å at the scale of 0.03 N per kcal/mol/Å. The
+  // electrostatic repulsion does not reach this value. The energy must therefore include a Lennard-Jones repulsion.
   const double charges = 16 * docking::kCoulombKjAngstromPerMol / (4 * kSigma * kSigma) / kKilojoulesPerKilocalorie;
   EXPECT_GT(field.knee_kcal_per_mol(), charges);
   EXPECT_LT(field.knee_kcal_per_mol(), 3 * charges);
@@ -147,7 +148,8 @@ TEST(MolecularScale, LikeChargesThatOnlyRepelHaveOneToo) {
 TEST(MolecularScale, AZeroAreaThatWouldTakeAllAttractionIsLeftOut) {
   const docking::Molecule a = atom(), b = atom();
   const std::array<const docking::Molecule*, 2> molecules{&a, &b};
-  // The centres coincide, so the line of centres has no direction. The probe must find the well from another side.
+  // The centres of both atoms coincide, so there is no direction from one to the other. The probe must approach from
+  // another direction to find the energy well.
   const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3::Zero()};
   wire::MolecularField field = open_field();
   field.set_zero_area_kt(1);
@@ -241,7 +243,8 @@ TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   }
   EXPECT_GT(nearest_angstrom, 5) << "8 angstrom along the line of centres, askew to their surfaces";
   EXPECT_LT(nearest_angstrom, 12);
-  // The minimum must not exceed the energy of the pose in the files, from which one of the descents starts.
+  // One of the descents to the minimum starts at the pose in the files, so the minimum must be below the energy of that
+  // pose.
   const docking::Molecule native_a = load_molecule(kHelices, {{"A"}}, kOplsDirectory);
   const docking::Molecule native_b = load_molecule(kHelices, {{"B"}}, kOplsDirectory);
   const docking::FieldResult native = docking::exact_field(native_a, native_b, Pose{}, scene->world.field_model);
@@ -249,8 +252,8 @@ TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   EXPECT_LT(field.minimum_kcal_per_mol(), -3) << "several kT: the zero area leaves most to be felt";
   EXPECT_GT(field.knee_kcal_per_mol(), field.minimum_kcal_per_mol());
 
-  // The probed lines include the line of centres. The attraction along it must therefore not exceed 1 N, except by
-  // rounding.
+  // The scale was found by probing several lines, including the line of centres, and maps the strongest attraction to 1
+  // N. Along the line of centres, the attraction must therefore not exceed 1 N, except by rounding.
   const physics::WorldDescription& world = scene->world;
   docking::MolecularField pull(*a.molecule, *b.molecule, world.field_model);
   const Pose X_AB = a.X_WB.inverse() * b.X_WB;

@@ -145,9 +145,10 @@ TEST_F(SceneFiles, MeshesOfAnUnlikelySizeAreReportedBeforeAnythingIsBuilt) {
 TEST_F(SceneFiles, MovingMeshHasTheInertiaOfItsSolid) {
   write("t.obj", kTetrahedron);
   const MassProperties mass = load(mesh_body("", R"(, "mass_kg": 3)"))->world.bodies[0].mass;
-  // Expected inertia of a tetrahedron with mass m and three edges of length a = 2 along the axes. About its centroid at
-  // a/4, ∫x² = 3ma²/80 and ∫xy = −ma²/80. The second moments then have the eigenvalues ma²/80·(1, 4, 4). Each principal
-  // inertia is the sum of two of them: ma²/80·(8, 5, 5).
+  // Expected inertia of a tetrahedron with the mass m and three edges of the length a = 2 along the axes:
+  // 1. Its centroid is at a/4 on each axis. About it, ∫x² = 3ma²/80 and ∫xy = −ma²/80.
+  // 2. The matrix of these second moments has the eigenvalues ma²/80·(1, 4, 4).
+  // 3. Each principal inertia is the sum of two eigenvalues: ma²/80·(8, 5, 5).
   EXPECT_TRUE(mass.X_BC.p.isApprox(Vec3::Constant(0.5), 1e-9));
   const double ma2 = 3.0 * 4.0;
   EXPECT_NEAR(mass.principal_inertia_kg_m2.maxCoeff(), 8 * ma2 / 80, 1e-9);

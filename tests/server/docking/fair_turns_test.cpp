@@ -62,10 +62,11 @@ TEST_P(FairTurnsProperty, NoRoomWaitsForMoreThanTwoSlicesOfEachOther) {
   const auto below = [&random](std::uint64_t end) { return random.next_u64() % end; };
   const std::size_t rooms = 2 + below(7);
   Bench bench(rooms);
-  // For each room that waits for its first slice: the work that each room had received when the wait began.
+  // State of the wait of each room that has received no slice since it got work: the work that every room had received
+  // when the wait began.
   std::vector<std::optional<std::vector<std::uint64_t>>> since_it_waits(rooms);
-  // For each pair of rooms: whether both rooms have work, and the difference of the work done for them since both have
-  // it.
+  // For each pair of rooms: whether both rooms have work (are_both), and how much more work the first one has received
+  // than the second since then (lead).
   std::vector<std::vector<bool>> are_both(rooms, std::vector<bool>(rooms));
   std::vector<std::vector<std::int64_t>> lead(rooms, std::vector<std::int64_t>(rooms));
   for (int turn = 0; turn < 3000; ++turn) {

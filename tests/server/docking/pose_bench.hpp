@@ -79,7 +79,8 @@ class PoseKeeperTest : public ::testing::Test {
 
   Pose pose() { return room().world().body(BodyId{1}).X.inverse() * room().world().body(BodyId{2}).X; }
 
-  /// Submits a request, executes the kPlace command that may result, and returns the answer.
+  /// Submits a request to the PoseKeeper and returns its answer. If the request moves a molecule, executes the room's
+  /// kPlace command first.
   wire::ServerControl submit(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = "") {
     wire::AskPose request;
     request.set_kind(kind);

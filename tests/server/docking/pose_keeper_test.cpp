@@ -49,7 +49,8 @@ TEST_F(PoseKeeperTest, ARequestDuringAPlacementWaitsForIt) {
     request.set_kind(kind);
     for (int i = 0; i < 2; ++i) EXPECT_EQ(keeper_->submit(room(), UserId{7}, "ada", 31, request), "");
     keeper_->work();
-    // The room has not stepped, so the first move is not executed yet. The second request must wait for it.
+    // Both requests move the molecule. The room has not stepped, so the first move is not executed yet. The second
+    // request must wait for it.
     keeper_->work();
     EXPECT_TRUE(serve().has_pose_taken());
     EXPECT_TRUE(serve().has_pose_taken());

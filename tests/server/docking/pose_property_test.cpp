@@ -86,7 +86,7 @@ class PoseSequences {
     }
   }
 
-  /// Updates a client's list of poses, number to name, by an answer of the server.
+  /// Applies an answer of the server to a client's list of poses, which contains the name of each pose by its number.
   static void apply(std::map<std::uint32_t, std::string>& list, const wire::ServerControl& answer) {
     if (answer.has_kept_pose()) list[answer.kept_pose().number()] = answer.kept_pose().name();
     if (!answer.has_pose_deleted()) return;
@@ -121,7 +121,7 @@ class PoseSequences {
     for (const auto& [number, name] : list) text += std::to_string(number) + " " + name + "\n";
     return text;
   }
-  /// Returns a list of poses as text, without number 0, the pose of the structure files.
+  /// Returns a list of poses as text. Omits number 0, which is the pose in the structure files and always exists.
   static std::string text_of(const std::vector<wire::KeptPose>& poses) {
     std::map<std::uint32_t, std::string> list;
     for (const wire::KeptPose& pose : poses) {

@@ -56,8 +56,8 @@ TEST_F(PoseKeeperTest, ADeletedPoseIsGoneWithItsFilesAndItsNumberIsNotUsedAgain)
   EXPECT_THAT(submit(wire::AskPose::GO_TO, 1).error().text(), HasSubstr("no pose has that number"));
   EXPECT_THAT(submit(wire::AskPose::DELETE, 0).error().text(), HasSubstr("the files themselves stays"));
   EXPECT_EQ(structure_files(), (std::vector<std::string>{"2.cif", "2.pdb"}));
-  // A server that is killed after it wrote the list may leave structure files of deleted poses. The next server must
-  // remove these files, but no others.
+  // If a server is killed after it wrote its list, structure files of deleted poses may be left over. The next server
+  // must remove these files, but no other file of the folder.
   for (const char* file : {"1.cif", "3.pdb"}) std::ofstream(list_folder() / file) << "left over";
   for (const char* file : {"notes.pdb", "01.cif", "7.cif"}) std::ofstream(list_folder() / file) << "somebody's own";
   start(folder_);
@@ -143,7 +143,8 @@ TEST_F(PoseKeeperTest, ACancelledMinimisationDoesNotMoveTheMolecules) {
   begin();
   keeper_->forget(room(), UserId{7});
   EXPECT_THAT(end(), HasSubstr("has left"));
-  // Cancels a minimisation that is complete and whose answer is in the queue. In this case the molecule must not move.
+  // Cancels a minimisation that is already complete, while its answer is still in the queue. The molecule must not
+  // move.
   begin();
   keeper_->work();
   EXPECT_TRUE(keeper_->cancel(room(), UserId{7}, "cancelled"));

@@ -24,7 +24,8 @@ Pose at_x(double x_angstrom) {
   return {Vec3(x_angstrom, 0, 0), Quat::Identity()};
 }
 
-/// A molecule in a room. A requested move counts as executed by the room only after execute_move() was called.
+/// The history of a molecule's rest poses in a simulated room. A move that the history requests counts as executed by
+/// the room only after execute_move() was called.
 class TrailBench {
  public:
   void rest_at(double x_angstrom, std::uint64_t steps = kStepsOfRest) {
@@ -70,8 +71,8 @@ TEST(PoseTrail, AShortStopIsNoRestPose) {
 TEST(PoseTrail, SlowDriftIsNoRest) {
   TrailBench bench;
   bench.rest_at(1);
-  // Moves the molecule slowly, by 0.3 Å in 0.5 s. It leaves each pose by 0.1 Å within 170 steps, so no pose on the way
-  // is a rest pose.
+  // Moves the molecule slowly, by 0.3 Å in 0.5 s. A pose counts as rest if the molecule stays within 0.1 Å for 0.5 s.
+  // Here it moves by 0.1 Å in 170 steps, so no pose on the way is a rest pose.
   for (int i = 0; i < 5000; ++i) bench.step(1 + 6e-4 * i);
   bench.rest_at(5);
   EXPECT_EQ(x_of(bench.trail.undo()), 1);
@@ -120,8 +121,8 @@ TEST(PoseTrail, MotionByHandAfterUndoDiscardsRedo) {
   EXPECT_EQ(x_of(bench.trail.undo()), 1);
 }
 
-// Compares the history with a reference model: a list with an index. Moves are whole ångströms, so that every rest adds
-// a new entry.
+// Compares the history with a simple reference: a list of poses and an index. All poses are whole ångströms apart, so
+// that every rest adds a new entry.
 TEST(PoseTrail, RandomSequencesMatchAListWithAnIndex) {
   Random random(test::test_seed(1), 0);
   TrailBench bench;
@@ -143,7 +144,8 @@ TEST(PoseTrail, RandomSequencesMatchAListWithAnIndex) {
     if (act == 0) {
       bench.rest_at(x = other);
       add(x);
-    } else if (act == 1) {  // too short for a rest pose, but recorded because a request moves the molecule away
+      // A visit too short for a rest pose. The history adds it only if a request then moves the molecule away.
+    } else if (act == 1) {
       bench.step(x = other);
     } else if (act == 2) {
       bench.trail.move_to(at_x(other));

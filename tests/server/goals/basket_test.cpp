@@ -9,8 +9,8 @@ namespace {
 
 using Kind = GameEvent::Kind;
 
-/// Options that switch the passivity control of tools off. Scripted hands report no work, so with this control their
-/// tools could not move bodies.
+/// Options without passivity control of tools. This control lets a tool move bodies only with energy that the client
+/// reports as work of the hand. The scripted hands report no work.
 constexpr RoomOptions kWithoutPassivity{.controls_tool_passivity = false};
 constexpr Vec3::Scalar kBasketX_m = 0.13;
 constexpr std::size_t kLevels = 6;

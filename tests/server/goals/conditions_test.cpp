@@ -137,8 +137,8 @@ RigidState random_state(std::mt19937_64& random) {
   return state;
 }
 
-/// A condition relative to a body, or on a speed, must not change if all bodies are moved together. The test would
-/// detect a computation in the wrong frame.
+/// Conditions that are relative to a body, or that refer to a speed, must not change if all bodies are moved together.
+/// Fails if a condition is computed in the world's frame instead of the body's frame.
 TEST(GoalConditions, RelativeConditionsDoNotDependOnTheFrameOfTheWorld) {
   std::mt19937_64 random(test::test_seed(165));
   int held = 0;

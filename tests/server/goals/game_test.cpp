@@ -108,8 +108,8 @@ TEST(Game, GoalsInOrderOpenOneAfterTheOther) {
   EXPECT_EQ(game.status().goals[1].status, GoalStatus::kWaiting);
   game.run(0.1);
   EXPECT_EQ(game.status().phase, GamePhase::kWon);
-  // The first goal scores 1. The second goal scores 2, and 10 for each second of the remaining time. It is open for one
-  // of its 1000 steps, so 0.999 s remain.
+  // The first goal scores 1. The second goal scores 2, and 10 for each second that remains of its 1000 steps (1 s). It
+  // is reached after one step, so 0.999 s remain.
   EXPECT_NEAR(game.status().score, 3 + 9.99, 1e-9);
 }
 

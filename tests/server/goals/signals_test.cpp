@@ -89,8 +89,8 @@ TEST(Signals, AValueIsFreshUntilItsLargestAgeAndWithEnoughConfidence) {
   EXPECT_EQ(game.status().signals[0].value, 0.5) << "a value that is not a number is ignored";
 }
 
-// An empty room must discard signal values. It may stop stepping, while the age of a value is counted in steps, and a
-// replay does not contain the time of the stop.
+// A room without users must discard signal values. The age of a value is counted in steps, but an empty room may stop
+// stepping for a time that no replay knows. The value would then seem too new.
 TEST(Signals, AnEmptyRoomDiscardsValues) {
   GameRoom game(scene_with_condition(R"("above": 2)"));
   send(game, 0.5);
@@ -164,7 +164,8 @@ TEST_P(DecisionTable, DeterminesTheNextLevel) {
 INSTANTIATE_TEST_SUITE_P(OfTheThesis, DecisionTable,
                          ::testing::Values(Cell{true, -0.5, 1.9, kFriendly}, Cell{true, 0.5, 1.9, kHard},
                                            Cell{false, -0.5, 1.9, kEasy}, Cell{false, 0.5, 1.9, kMiddle},
-                                           // Without a dominant state of the signal, the score alone decides.
+                                           // A state of the signal is dominant if it lasted for most of the level. In
+                                           // these cases none is dominant, so the score alone decides.
                                            Cell{true, 0, 1.9, kHard}, Cell{false, 0, 1.9, kMiddle},
                                            Cell{true, -0.5, 0.4, kHard}, Cell{false, -0.5, 0.4, kMiddle},
                                            Cell{true, 0, 0, kHard}, Cell{false, 0, 0, kMiddle}));

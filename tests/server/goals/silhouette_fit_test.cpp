@@ -15,7 +15,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 
 /// Outlines of the four boards of the T puzzle, each at its position in the figure. The unit is the width of the bar.
-/// Each polygon must be convex, so the pentagon consists of two polygons.
+/// The search needs convex polygons, so the pentagon, which is not convex, consists of two.
 const std::vector<std::vector<Vec2>> kTriangle{{{-1, 0}, {0, 1}, {-1, 1}}};
 const std::vector<std::vector<Vec2>> kPentagon{{{0, -1}, {1, 0}, {0, 1}}, {{-1, 0}, {0, 0}, {0, 1}}};
 const std::vector<std::vector<Vec2>> kTrapezoid{{{0, 1}, {1, 0}, {2, 0}, {2, 1}}};
@@ -66,7 +66,8 @@ TEST(SilhouetteFit, TheBoardsOfTheTCoverItWhereverTheyLie) {
 TEST(SilhouetteFit, GapsUpToTheTolerancesAreAccepted) {
   SilhouetteFit near(t_plan()), far(t_plan());
   std::vector<RigidState> bodies(4);
-  bodies[2] = placed(0.1, 0, 0);  // 0.1 of the boards' area is outside of the figure, whose area is 6
+  // Displaces this board by 0.1, which leaves 0.1 of its area outside of the figure. The figure has an area of 6.
+  bodies[2] = placed(0.1, 0, 0);
   search(near, bodies);
   EXPECT_TRUE(near.is_covered()) << near.covered();
   bodies[2] = placed(0.5, 0, 0);

@@ -188,8 +188,8 @@ std::vector<std::unique_ptr<Room>> busy_rooms(std::size_t count, double rate_hz,
   return rooms;
 }
 
-/// Detects rooms that get a thread each, or steps of two rooms that coincide. A stalled machine may isolate a room for
-/// some time, so the test allows many steps.
+/// Small rooms must share threads, and the steps of two rooms of a thread must not be due at the same time. A stalled
+/// machine may give a room a thread of its own for some time, so the test allows many steps.
 TEST(LiveServer, SmallRoomsShareThreadsAndAreDueOneAfterTheOther) {
   const std::size_t threads = realtime::usable_cores();
   constexpr double kRate_hz = 100;
@@ -219,7 +219,8 @@ TEST(LiveServer, SmallRoomsShareThreadsAndAreDueOneAfterTheOther) {
   EXPECT_TRUE(all_follow);
 }
 
-/// Returns the thread of each room while every step of the first room takes 3 ms longer.
+/// Runs rooms while every step of the first room takes 3 ms longer than usual. Returns the thread on which each room
+/// has run last.
 std::vector<std::thread::id> threads_beside_long_steps(double rate_hz, double rate_of_first_hz, int steps_of_first) {
   LiveServer server({.port = 0}, busy_rooms(2 * realtime::usable_cores(), rate_hz, rate_of_first_hz));
   std::vector<std::thread::id> thread(server.rooms().size());
@@ -275,7 +276,8 @@ TEST(LiveServer, IgnoresAUsersDatagramsFromAnotherAddress) {
   home.send_to(asio::buffer(state_datagram(client)), server);
   std::array<std::byte, 2048> buffer{};
   udp::endpoint from;
-  home.receive_from(asio::buffer(buffer), from);  // one socket preserves the order, so both datagrams have arrived
+  // Waits for the answer. One socket of the server preserves the order, so both datagrams have then arrived.
+  home.receive_from(asio::buffer(buffer), from);
   elsewhere.non_blocking(true);
   boost::system::error_code error;
   elsewhere.receive_from(asio::buffer(buffer), from, 0, error);
@@ -295,7 +297,7 @@ TEST(LiveServer, AFloodAtItsPortDoesNotDiscardDatagramsOfUsers) {
   std::array<std::byte, 2048> buffer{};
   udp::endpoint from;
   home.send_to(asio::buffer(state_datagram(client)), server);
-  home.receive_from(asio::buffer(buffer), from);  // from now on, the server has the user's address
+  home.receive_from(asio::buffer(buffer), from);  // from this answer on, the server has a confirmed address of the user
   {
     const auto held = running.hold_io();
     { const RawClient passing(running.server->port()); }  // makes the server log a line
@@ -345,8 +347,8 @@ TEST(LiveServer, DisconnectsAClientThatSendsRequestsButReadsNoAnswers) {
   const test::BenchClient client = raw.join();
   wire::ClientControl request;
   request.mutable_get_asset()->set_sha256(client.joined.assets(0).sha256());
-  // Each request causes an answer of 64 KiB; together they exceed the socket buffers and the server's limit by far. The
-  // server must close the connection, after which sending fails, and log the reason.
+  // Each request causes an answer of 64 KiB that the client does not read. The answers soon exceed the socket buffers
+  // and the server's limit. The server must then log the reason and close the connection, so that sending fails.
   failure_of([&] {
     for (int i = 0; i < 100'000 && !running.has_logged("piled up"); ++i) raw.send(request);
   });

@@ -192,7 +192,7 @@ class BusyServer {
 
   std::uint16_t port() const { return server_port_; }
 
-  /// Returns whether every service has made progress since the first call.
+  /// Returns true once every service has made progress since the first call of this function.
   bool is_busy() {
     std::uint64_t recorded = 0;
     for (const auto& room : recorder_->rooms()) recorded += room->file().bytes_written();
@@ -216,7 +216,8 @@ class BusyServer {
     if (ending == Ending::kCrash) server_->abandon();
     if (ending == Ending::kException) throws_ = true;
   }
-  /// Waits until run() has returned. From then on, no room may step.
+  /// Waits until the server's run() has returned, and destroys the server. Between these two events no room may step,
+  /// because its state is being written.
   void end() {
     running_.join();
     std::vector<std::uint64_t> steps;
@@ -241,7 +242,7 @@ class BusyServer {
   }
   static void rest() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
 
-  /// Keeps four requests for chunks pending, so that an end always interrupts some.
+  /// Requests chunks of an asset and keeps four requests pending, so that the end of the server always interrupts some.
   void keep_fetching() {
     Connection connection(server_port_);
     const auto joined = connection.join("docking", "fetcher", wire::ROLE_OBSERVER);
@@ -347,7 +348,8 @@ void live_and_end(const std::filesystem::path& folder, Ending ending, const std:
     for (const std::uint32_t request : of_ada) EXPECT_TRUE(ada.answers.contains(request)) << "ada's " << request;
     for (const std::uint32_t request : of_ben) EXPECT_TRUE(ben.answers.contains(request)) << "ben's " << request;
     const std::string words = ada.answers[of_ada[0]].error().text() + ben.answers[of_ben[0]].error().text();
-    // The second text occurs on a loaded machine, if the pose thread is delayed for longer than the stop takes.
+    // Two texts are possible for the interrupted minimisation. The second one occurs on a loaded machine, if the stop
+    // is complete before the pose thread has noticed it.
     EXPECT_THAT(words,
                 testing::AnyOf(testing::HasSubstr("the server is stopping"), testing::HasSubstr("the server stops")))
         << "a minimisation was open";

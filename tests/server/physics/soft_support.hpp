@@ -36,7 +36,8 @@ inline SoftWorldSettings pad_settings(SoftSides anchored, double friction = 0.5)
   traits.anchored = anchored;
   traits.X_WS.p = Vec3(0, 0, kPadHeight_m / 2);
   SoftWorldSettings settings;
-  // Tests run faster than real time, so results are reproducible only if the room waits for the worker.
+  // The worker is the thread that steps the soft bodies. Tests run faster than real time, so results are reproducible
+  // only if the room waits for the worker.
   settings.waits_for_worker = true;
   settings.bodies.push_back(make_soft_block(Vec3(0.08, 0.08, kPadHeight_m), 0.0134, traits));
   settings.obstacles.push_back(rigid(table_shape(), 0.5, {Vec3(0, 0, -0.01), Quat::Identity()}));
@@ -65,7 +66,8 @@ inline const Pose kAway = ball_at(Vec3(0, 0, 0.3));
 inline TickFaults room_step(SoftWorld& world, const std::optional<Pose>& X_WT) {
   return world.advance({&X_WT, 1});
 }
-/// Makes one soft step with the tool at `X_WT`. When the function returns, the room uses the result of this soft step.
+/// Makes the steps of the room that belong to one soft step, with the tool at `X_WT`. When the function returns, the
+/// room uses the result of this soft step.
 inline TickFaults soft_step(SoftWorld& world, const std::optional<Pose>& X_WT) {
   TickFaults faults = 0;
   for (int i = 0; i < world.period_steps(); ++i) faults |= room_step(world, X_WT);

@@ -14,7 +14,8 @@
 namespace tandem::server {
 namespace {
 
-/// Returns the wrenches and node positions that a room reads during 20 soft steps with a moving tool.
+/// Returns all wrenches and node positions that a room reads during 20 soft steps with a moving tool. If `steps_aside`,
+/// a worker thread makes the soft steps.
 std::vector<double> story(bool steps_aside) {
   SoftWorld world(pad_settings(16), steps_aside);
   std::vector<double> numbers;

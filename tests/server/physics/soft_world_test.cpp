@@ -84,8 +84,8 @@ TEST(SoftWorld, PadDroppedOnATableRestsOnIt) {
       const Vec3 velocity = (world.nodes_W(0)[i] - before[i]) / step_s;
       energy += model.mass_kg[i] * (0.5 * velocity.squaredNorm() + 9.81 * world.nodes_W(0)[i].z());
     }
-    // In its first step h, implicit Euler integration falls by g h² / 2 farther than the exact solution and loses the
-    // energy of this height. Therefore only an increase of the energy is a fault.
+    // Implicit Euler integration loses energy by its own error: in the first step h, the body falls by g h² / 2 too far
+    // without being faster. Therefore only an increase of the energy is a fault.
     EXPECT_LE(energy, energy_start * (1 + 1e-9)) << "soft step " << step;
     before.assign(world.nodes_W(0).begin(), world.nodes_W(0).end());
   }
@@ -113,8 +113,8 @@ TEST(SoftWorld, TheForceRisesWithDepthAndEndsAfterLeaving) {
   EXPECT_EQ(physics::soft_wrench(world.contact(0), kAway).f.norm(), 0);
 }
 
-/// Returns the sum over all nodes of mass times displacement [kg·m]. Divided by the duration of the step, this is the
-/// total momentum. Forces between nodes do not change it.
+/// Returns the sum over all nodes of mass times displacement [kg·m], which is the total momentum times the duration of
+/// the step. Forces between nodes cancel in this sum.
 Vec3 way_of_mass(const SoftModel& model, std::span<const Vec3> before, std::span<const Vec3> now) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t i = 0; i < now.size(); ++i) sum += model.mass_kg[i] * (now[i] - before[i]);
@@ -124,7 +124,7 @@ Vec3 way_of_mass(const SoftModel& model, std::span<const Vec3> before, std::span
 TEST(SoftWorld, TheForcesOnToolAndNodesAreOpposite) {
   SoftWorld world(floating_settings());
   const double step_s = world.period_steps() / 1000.0;
-  // Holds the ball above the pad for 25 soft steps, enough for a predicted contact to be in use.
+  // Holds the ball just above the pad for 25 soft steps. After this time, the contact is a predicted one.
   soft_steps(world, ball_at(Vec3(0, 0, 0.0555)), 25);
   int light_touches = 0;
   Vec3 p_WT(0, 0, 0.0555);
@@ -256,8 +256,8 @@ TEST(SoftWorld, PredictedTouchIsFeltWhenItComesAndGoesOverIntoTheTouchWithoutASt
     before_n = force_n;
   }
   EXPECT_GT(before_n, 0.3);
-  // The tool moves by 0.4 mm in a soft step. Without prediction, the whole force of the first soft step in contact
-  // would appear at once, as a kick.
+  // Contact must begin smoothly. The tool moves by 0.4 mm in a soft step. Without prediction of contacts, the user
+  // would feel the whole force of the first soft step in contact at once.
   EXPECT_NEAR(touched_at_m, 0, 3e-4);
   EXPECT_LT(greatest_step_n, 0.12 * before_n) << "from one soft step's contact to the next";
 }
@@ -337,8 +337,9 @@ TEST(SoftWrench, NeverPullsIsNotCarriedToTheSidesAndEndsContinuously) {
       const Wrench now = physics::soft_wrench(contact, {contact.X_WT0.p + way * direction, Quat::Identity()});
       EXPECT_GE(now.f.dot(contact.wrench_W.f), 0) << way;
       EXPECT_LE(now.f.norm(), most_n) << way;
-      // Between two poses 10 µm apart, the force may change by at most 10 times the stiffness times this distance. The
-      // factor 10 covers the fading of the force over 15 mm and the release.
+      // Bound of the change of force between two poses 10 µm apart: 10 times the stiffness times this distance. The
+      // stiffness alone would give the factor 1. The factor 10 allows for the fading of the force over 15 mm and for
+      // the release.
       EXPECT_LT((now.f - before.f).norm(), 1e-5 * 10 * contact.stiffness.norm()) << way;
       before = now;
     }
@@ -461,7 +462,7 @@ TEST(SoftScene, ShippedPadIsPressedByItsTool) {
     double fastest_s = std::numeric_limits<double>::infinity();
     for (int i = 0; i < count * world.period_steps(); ++i) {
       world.advance(tools);
-      // The first result belongs to the previous poses, so it is not measured.
+      // The first result was computed for the previous poses, so its time is not measured.
       if (i > world.period_steps()) fastest_s = std::min(fastest_s, world.last_step_seconds());
     }
     return 1e3 * fastest_s;

@@ -90,8 +90,8 @@ TEST_F(ServerCheckpointTest, AClockThatIsSetBackDoesNotDelayAWrite) {
   std::uint64_t writes = 0;
   for (int i = 0; i < 10; ++i) {
     unix_ms -= 3'600'000;
-    // Empty rooms are stepped, too, until they are idle. Therefore there is new state in the first two iterations. It
-    // must be written although the clock was set back.
+    // Each iteration steps the room, which is empty and becomes idle after two iterations. Until then there is new
+    // state to be written, although the wall clock is set back by an hour each time.
     bench.step(200);
     checkpoint->work(LocalTime(1s * i));
     EXPECT_TRUE(checkpoint->writes() > writes || i >= 2);
@@ -128,7 +128,7 @@ TEST_F(ServerCheckpointTest, AStateIsKeptForAsLongAsClientsRejoin) {
   unix_ms += 14 * 60'000;
   EXPECT_TRUE(open()->restored(0)) << "scene's reset_after_s is 30 s, and 14 min have passed";
   news.clear();
-  unix_ms += 16 * 60'000;  // 16 minutes after the end of the second run, which wrote the file again
+  unix_ms += 16 * 60'000;  // 16 minutes after the last run, which wrote the file again when it ended
   EXPECT_FALSE(open()->restored(0));
   EXPECT_THAT(news, testing::Contains(testing::AllOf(HasSubstr("room bench starts from its scene"),
                                                      HasSubstr("960 s old"), HasSubstr("kept for 900 s"))));

@@ -58,7 +58,8 @@ struct Line {
   std::optional<PlayedInput> step() {
     ++steps;
     const LocalTime now{std::chrono::milliseconds(steps)};
-    // The client ticks midway between two steps of the room, at the rate of its own clock.
+    // The client sends midway between two steps of the room. Its clock deviates from the server's by the fraction
+    // `drift`.
     const double client_now_s = (static_cast<double>(steps) + 0.5) * kInputPlayoutStep_s * (1 + drift);
     while (static_cast<double>(sent.size() + 1) * kInputPlayoutStep_s <= client_now_s) {
       const std::uint64_t tick = sent.size() + 1;
@@ -115,8 +116,8 @@ TEST(InputPlayout, OverAPerfectLinkPlaysEveryTickOnceAndUnchanged) {
     EXPECT_EQ(played.handle.X.p, truth.X.p);
     EXPECT_EQ(played.energy_from_hand_j, from_hand_j(played.tick.value));
   }
-  // The last datagram arrived in this step. The delay is one step longer than necessary, so that a later input is
-  // always available for interpolation.
+  // The newest datagram arrived in this step, so a shorter delay would suffice to play it. The playout waits one step
+  // more, so that a later input is always available for interpolation.
   EXPECT_LE(to_seconds(line.playout.delay()), 0.0025);
 }
 
@@ -146,8 +147,8 @@ TEST(InputPlayout, JitterAndBurstsOfLossChangeThePlayedHandByLessThanTheCubicsBo
     }
   }
   RecordProperty("largest_um", static_cast<int>(1e6 * largest_m));
-  // On each of the two axes, cubic interpolation of a motion x(t) has an error of at most T⁴/384 max|x⁗|. T is the
-  // longest gap between received inputs.
+  // Bound of the error for the circular motion. Cubic interpolation over the longest gap T between received inputs has
+  // an error of at most T⁴/384 max|x⁗| on each of two axes.
   const double gap_s = static_cast<double>(line.longest_gap) * kInputPlayoutStep_s;
   const double bound_m = std::numbers::sqrt2 * std::pow(gap_s, 4) / 384 * kHandReach_m * std::pow(kRate, 4);
   EXPECT_LE(gap_s, 0.1) << "a longer one is no gap but a silence";
@@ -164,8 +165,8 @@ TEST(InputPlayout, WithoutItTheSameLineMovesTheHandByFarMore) {
   Line line(link_of(0.050, 0.010, 0.05));
   for (int i = 0; i < 3000; ++i) line.step();
   const double delay_s = to_seconds(line.playout.delay()) + 0.050;
-  // For comparison, a second method uses the newest input on arrival. At the same mean delay, the error of that method
-  // is speed times jitter.
+  // Computes the error without playout: the newest received input is used at once. Compared at the same mean delay, the
+  // error is the speed of the hand times the jitter.
   double largest_m = 0;
   std::uint64_t newest = 0;
   net::LinkParameters same = link_of(0.050, 0.010, 0.05);
@@ -198,8 +199,8 @@ TEST(InputPlayout, AWorseNetworkIsFollowedNoFasterThanTheSlew) {
   };
   for (int i = 0; i < 4000; ++i) step(10);
   const double before_s = to_seconds(playout.delay());
-  // From now on every input arrives 30 ms later. The delay must grow by 30 ms, no faster than its slew limit. The
-  // minimum delay over the last 2 s still includes the earlier inputs.
+  // From now on every input arrives 30 ms later. The playout delay must grow by 30 ms, but no faster than its slew
+  // limit. It must not wait until the earlier, faster inputs have left the memory of 2 s.
   double last_s = before_s;
   for (int i = 0; i < 1000; ++i) {
     step(40);
@@ -223,12 +224,13 @@ TEST(InputPlayout, FollowsAClockThatDriftsAndNeverSkipsMoreThanItMust) {
       EXPECT_LE(stride, 2U);
       odd += stride != 1;
       before = played.tick;
-      // If two inputs arrive in one step, the first one is lost, and its tick is interpolated between its neighbours.
+      // Two inputs may arrive in one step; the first one is then lost. The motion at its tick is interpolated between
+      // the neighbouring inputs, so the error must remain small.
       EXPECT_LE(difference_m(played.handle, stirring(static_cast<double>(before.value) * kInputPlayoutStep_s)), 1e-9);
     }
-    // In 20 s the clocks diverge by four ticks. A step with a stride of 0 or 2 ticks instead of 1 corrects one tick,
-    // and occurs after a drift of 0.75 ticks. Therefore 3 to 5 such steps are expected. Changes of the delay estimate
-    // must cause none.
+    // `odd` counts the steps in which the played tick does not advance by 1. In 20 s the clocks diverge by four ticks,
+    // and each odd step corrects one tick. A correction is made after a drift of 0.75 ticks, so 3 to 5 are expected.
+    // Changes of the delay estimate must cause none.
     EXPECT_NEAR(odd, 4, 1);
     EXPECT_LE(to_seconds(line.playout.delay()), 0.004);
   }
@@ -325,7 +327,7 @@ TEST(InputPlayout, StartsAtTheFirstInputAndRestartsAfterALongSilence) {
   playout.receive(input_of(7, 5.0), std::chrono::milliseconds(1));
   ASSERT_TRUE(playout.play(std::chrono::milliseconds(1)));
   EXPECT_EQ(playout.play(std::chrono::milliseconds(2))->tick.value, 7U) << "held until it is due";
-  // Receives an input 1 s later and 1 m away, after a silence of the user. The playout must not interpolate towards it.
+  // After a silence of 1 s, the next input is 1 m away. The playout must jump to it and not interpolate towards it.
   proto::ClientUpdate far = input_of(1007, 6.0);
   far.handle.X.p += Vec3(1, 0, 0);
   playout.receive(far, std::chrono::milliseconds(1001));

@@ -67,8 +67,8 @@ TEST_F(RoomBridge, APlayedHandleMovesTheToolAsTheSameHandleGivenDirectlyDoes) {
   for (std::uint64_t step = 1; step <= 2000; ++step) {
     played.room.input(0).publish(input(step, stirring(step), proto::ClientMode::kLocalModel));
     const proto::ServerUpdate received = played.step();
-    // The room `given` runs one step behind the room `played`: the tick whose input `played` has used is known only
-    // after the step of `played`.
+    // Room `given` receives, without playout, the inputs that the playout of room `played` has chosen. It runs one step
+    // behind, because the chosen tick is known only after the step of `played`.
     if (received.answered_input.value != 0) {
       given.room.input(0).publish(input(step, stirring(received.answered_input.value), proto::ClientMode::kHandle));
     }
@@ -126,8 +126,8 @@ TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
   constexpr std::uint64_t kPressed = 404;
   proto::ServerUpdate before, received;
   for (std::uint64_t step = 1; step <= 500 && !received.held_body.is_valid(); ++step) {
-    // Every tenth input is published, as if the mailbox had overwritten the other inputs. With such gaps the playout
-    // must delay the inputs.
+    // Publishes every tenth input, as if later inputs had overwritten the others in the mailbox. Because of such gaps,
+    // the playout must delay the inputs.
     if (step % 10 == 0) {
       bench.room.input(0).publish(input(step, {-0.03, 0, 0}, proto::ClientMode::kLocalModel,
                                         step >= kPressed ? std::uint32_t{kButtonGrab} : 0U));
@@ -137,8 +137,8 @@ TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
   }
   ASSERT_TRUE(received.held_body.is_valid());
   EXPECT_GT(received.playout, std::chrono::milliseconds(4)) << "played at once, so nothing was tested";
-  // The input with the press was lost. The button is up in the last input before it, and down in the next. The grasp
-  // must happen between these two, where the user pressed.
+  // The button was pressed at tick 404. It is up in the received input of tick 400 and down in that of tick 410; the
+  // inputs between them are lost. The grasp must happen between these two ticks, not after them.
   EXPECT_GT(received.answered_input, Tick{400});
   EXPECT_LE(before.answered_input, Tick{400});
 }
@@ -216,8 +216,8 @@ TEST_F(RoomBridge, NoModeNorAChangeOfItAllocates) {
   EXPECT_EQ(test::allocation_count() - before, 0U);
 }
 
-/// Two users: the operator is idle, the other one presses 8 mm deep and feels the coupling. Detects a law that stays in
-/// force after the operator has left.
+/// Two users: the operator is idle, and the other user presses 8 mm deep and feels the coupling. Fails if a coupling
+/// law that the operator has set stays in force after the operator has left.
 TEST(RoomLaw, IsTheScenesAgainWhenTheOperatorHasLeft) {
   const auto scene = physics::load_parts({.tools = R"({"name": "l", "placement": {"position_m": [0, 0, 2]}},
                    {"name": "r", "placement": {"position_m": [0, 0, 0.505]}})"});

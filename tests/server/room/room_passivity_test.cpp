@@ -14,8 +14,8 @@ constexpr const char* kRoomPassivityFloatingBox =
     R"({"name": "box", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.5, "graspable": true,
         "gravity": false})";
 constexpr const char* kTool = R"({"name": "t", "placement": {"position_m": [-0.02, 0, 0]}})";
-/// Largest energy that a fling of 1.5 s may create beyond the energy that the hand supplies. It is the energy debt at
-/// which the brake acts with its full force (−kMinBalance_j), plus the leak during the fling.
+/// Largest energy that a fling of 1.5 s may create beyond the work that the hand supplies. It is the energy debt at
+/// which the brake reaches its full force (−kMinBalance_j), plus the leak in 1.5 s.
 constexpr double kMaxCreated_j =
     -haptics::ToolPassivityController::kMinBalance_j + 1.5 * haptics::ToolPassivityController::kLeakRate_w;
 
@@ -29,8 +29,8 @@ class Flung {
     EXPECT_TRUE(room_.post({.seat = {0, UserId{1}, UserRole::kManipulator}}));
   }
 
-  /// Runs a fling. The true work is the work of the hand against the wrench along the handle's path. The client reports
-  /// the fraction `supplied_share` of the true work as supplied by the hand.
+  /// Runs a fling. The client reports only the fraction `supplied_share` of the true work of the hand. The true work is
+  /// computed from the wrench along the handle's path.
   void run(double supplied_share) {
     for (std::uint64_t tick = 1; tick <= 1500; ++tick) {
       proto::ClientUpdate input;
@@ -61,7 +61,7 @@ class Flung {
   }
   /// Sends invalid handles for 0.2 s. Meanwhile the room holds the box at its pose.
   void lose_hand() { rest(200, false); }
-  /// Reports additional work in each step of a hand at rest, which a hostile client might do.
+  /// Simulates a hostile client: in each step the hand rests, but the client reports additional work of `work_j`.
   void claim_at_rest(int steps, double work_j) {
     for (int i = 0; i < steps; ++i) {
       from_hand_j_ += work_j;
@@ -76,7 +76,8 @@ class Flung {
   double way_to_handle_m() const { return (room_.world().tool(0).tool.X.p - handle_p_).norm(); }
   double kinetic_j() const { return 0.25 * room_.world().body(BodyId{1}).V.v.squaredNorm(); }
   double created_max_j() const { return created_max_j_; }
-  /// Returns the largest work that the coupling can do along the tool's path.
+  /// Returns the largest work that the coupling can have done so far: its force limit times the length of the tool's
+  /// path.
   double max_pull_j() const { return room_.world().coupling(0).force_limit_n * tool_way_m_; }
   double braked_j() const { return room_.braked_j(); }
   bool is_held() const { return update_.held_body.is_valid(); }
@@ -139,8 +140,8 @@ TEST(RoomPassivity, WorkReportedByAHandAtRestIsNotCredited) {
   EXPECT_LE(flung.controller().balance_j(), haptics::EnergyReport::kMaxUnclaimed_j + 1e-3) << "of 15 J";
 }
 
-/// The handle moves away, and the coupling pulls with almost its maximum force. The brake must dissipate the work of
-/// this pull, and no more.
+/// The hand reports no work. The handle moves away, and the coupling pulls with almost its maximum force. The brake
+/// must dissipate the work of this pull, and no more.
 TEST(RoomPassivity, TheBrakeDissipatesTheWorkOfThePull) {
   Flung flung(true);
   flung.run(0);

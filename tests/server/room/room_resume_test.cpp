@@ -29,8 +29,8 @@ constexpr const char* kTwoPads =
        {"name": "loose", "block": {"size_m": [0.08, 0.08, 0.04], "spacing_m": 0.02}, "mass_kg": 0.3,
         "placement": {"position_m": [-0.3, 0.3, 0.8]}}])";
 
-/// Distance g T² that a body falls in the first step of T = 1 ms, plus 1 %. From the end of this step on, the tool
-/// holds the body.
+/// Limit of the motion of a body that a tool holds after the resume. In the first step, T = 1 ms, the tool does not
+/// hold the body yet, which falls by g T². The limit is 1 % larger.
 constexpr double kFallOfAStep_m = 1.01 * 9.81e-6;
 
 class RoomResumeTest : public ::testing::Test {
@@ -78,7 +78,7 @@ TEST_F(RoomResumeTest, GoesOnFromTheStateOfAnother) {
   const Vec3 hung = next.world().body(BodyId{2}).X.p;
   for (int i = 1; i <= 1000; ++i) next.step(ServerTime(next.period() * i));
   EXPECT_LT((next.world().body(BodyId{2}).X.p - hung).norm(), kFallOfAStep_m) << "it hangs where it was held";
-  // The user of the other tool returns first, and must not get the body that the first tool held.
+  // Tool 0 held the body. The user of tool 1 returns first and must not get the body.
   ASSERT_TRUE(next.post({.seat = {0, UserId{1}, UserRole::kManipulator, 1}}));
   ASSERT_TRUE(next.post({.seat = {1, UserId{2}, UserRole::kManipulator, 0}}));
   next.step(ServerTime(next.period() * 1001));
@@ -118,8 +118,8 @@ TEST_F(RoomResumeTest, SoftBodiesGoOnWhereTheyWere) {
     EXPECT_TRUE(std::ranges::equal(next.world().soft_nodes_W(pad), room.world().soft_nodes_W(pad))) << pad;
     EXPECT_FALSE(std::ranges::equal(next.world().soft_nodes_W(pad), scene->soft_bodies[pad].nodes_W)) << pad;
   }
-  // The soft bodies must move on from the restored state. The loose one has fallen for 0.3 s and must go on falling to
-  // the floor.
+  // The soft bodies must continue from the restored state. The body `loose` has fallen for 0.3 s and must continue to
+  // fall to the floor.
   const auto lowest_m = [](const Room& of) {
     double lowest = 1;
     for (const Vec3& node_W : of.world().soft_nodes_W(1)) lowest = std::min(lowest, node_W.z());

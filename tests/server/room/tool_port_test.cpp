@@ -65,7 +65,8 @@ TEST(ToolPort, OfWhatIsHeldRunsOnWhatIsCarriedAndNotWhatIsPressedOnATable) {
   on.move_to(on.left_at - Vec3(0, 0, 0.055), on.right_at);
   ASSERT_GT(on.world.touch(0).contacts, 0U);
   EXPECT_FALSE(on.left.runs_on()) << "a hand that has stopped would press by as much more";
-  // A second hand presses on the cube, so that both hands must be extrapolated.
+  // Both hands press on the cube from opposite sides. If one of them stopped, the other would push the cube away, so
+  // both must be extrapolated.
   on.move_to(on.left_at + Vec3(0, 0, 0.055), on.right_at + Vec3(0, 0, 0.05));
   on.move_to(on.left_at, on.left_at + Vec3(0.07, 0, 0));
   on.move_to(on.left_at, on.left_at + Vec3(0.05, 0, 0));

@@ -65,8 +65,8 @@ class AdmissionTest : public testing::Test {
     return test::described(messages);
   }
   std::string answer_to(const wire::ClientControl& join) { return answer_to(greeted(), join); }
-  /// Returns the join of a second device on the connection of `client`. The first device has `credential` and signs
-  /// with `key`.
+  /// Returns the message with which a user joins by a second device, on the connection of `client`. The user's first
+  /// device has `credential` and signs with `key`.
   wire::ClientControl join_beside(const test::BenchClient& client, const std::string& credential,
                                   const secure::KeyPair& key) const {
     wire::ClientControl join = resume_by(client, credential, key);
@@ -307,8 +307,8 @@ TEST_F(AdmissionTest, ASecondDeviceJoinsBesideTheFirstWithinItsToken) {
   EXPECT_EQ(answer_to(fourth, join_beside(fourth, second.joined.resume_credential(), second_key)),
             "error ERROR_NOT_ALLOWED, goodbye")
       << "and none beside the second";
-  // Another device may replace a second device that has lost its connection. The replaced device must not be able to
-  // resume.
+  // The second device has lost its connection. The user may replace it by another device. The replaced device must then
+  // not be able to resume.
   bench->hub->on_disconnected(second.handle, bench->now);
   test::BenchClient new_second = greeted();
   EXPECT_EQ(answer_to(new_second, join_beside(new_second, credential, client_key), &new_second.joined), "joined");
@@ -347,7 +347,7 @@ TEST_F(AdmissionTest, WhoIsKickedGoesWithBothDevicesAlsoAfterARestart) {
   };
   EXPECT_EQ(again.revoke(id_of(first)), id_of(second));
   test::BenchClient operator_client = greeted();
-  // The room has two tools. The second device leaves, so that the operator gets its tool.
+  // The room has only two tools. The second device leaves, so that a tool is free for the operator.
   bench->hub->on_disconnected(second.handle, bench->now);
   EXPECT_EQ(answer_to(operator_client, join_by(token([](auto& c) { c.set_role(wire::ROLE_OPERATOR); }))), "joined");
   bench->send(operator_client,

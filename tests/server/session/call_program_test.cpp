@@ -33,7 +33,7 @@ class CallProgramTest : public ::testing::Test {
       news.push_back(line);
     };
   }
-  /// Returns whether a process runs. A terminated process that nobody has waited for does not.
+  /// Returns whether a process runs. A zombie, i.e. a terminated process whose exit code nobody has read, does not run.
   static bool is_running(const std::string& process) {
     const std::string stat = text_of("/proc/" + process + "/stat");
     const std::size_t state = stat.rfind(')') + 2;
@@ -95,7 +95,8 @@ TEST_F(CallProgramTest, AProgramThatDoesNotEndIsKilledWithItsChildren) {
 
 TEST_F(CallProgramTest, TheProgramInheritsNoFilesOfTheServer) {
   int pipe_ends[2];
-  ASSERT_EQ(::pipe(pipe_ends), 0);  // without O_CLOEXEC, as the sockets of the server
+  // Like the server's sockets, the pipe is not closed automatically when a program is started (no O_CLOEXEC).
+  ASSERT_EQ(::pipe(pipe_ends), 0);
   const std::filesystem::path out = folder / "out";
   CallProgram program(script("for file in /proc/$$/fd/*; do readlink \"$file\"; done > '" + out.string() + "'"),
                       to_news());

@@ -214,7 +214,7 @@ TEST_F(InvitationLedgerTest, AFullListRemovesOnlyExpiredEntriesAndStillRefusesTh
     auto ledger = open(kMost);
     ledger->begin(random.next_u32() % 2 == 0, now_ms);
     for (int i = 0; i < 60; ++i) {
-      // Sometimes the clock steps back. Deleted invitations must be refused all the same.
+      // Sometimes the clock steps back. Invitations whose entries were deleted as expired must be refused nevertheless.
       now_ms = random.next_u32() % 10 == 0 ? now_ms - 100 : now_ms + random.next_u32() % 60;
       newest_ms = std::max(newest_ms, now_ms);
       const std::uint64_t expires_ms = now_ms + 1 + random.next_u32() % 1000;
@@ -241,7 +241,8 @@ TEST_F(InvitationLedgerTest, AFullListRemovesOnlyExpiredEntriesAndStillRefusesTh
 TEST_F(InvitationLedgerTest, HoldsTheNewestRevocationsAndALongRowOfChanges) {
   auto ledger = open();
   ledger->begin(true, 1000);
-  // More revocations are pending before the first write than the ring can hold. None of the newest may be lost.
+  // Revokes ten more invitations than the ledger stores, all before its first write. The oldest ten may be lost, but
+  // none of the newest.
   for (std::uint64_t i = 0; i < kMaxRevoked + 10; ++i) ledger->revoke(id_of(i));
   for (int i = 0; i < 30; ++i) {
     ledger->work(LocalTime{});

@@ -31,10 +31,10 @@ struct Invitation {
 struct Model {
   /// Invitations that have admitted a user, or whose use was on disk when the server was killed.
   std::set<std::size_t> used;
-  // Smallest and largest offset (wall clock minus true time) that the server may assume. Both are equal if the clock
-  // has not been set for 10 s.
+  // Bounds of the clock offset (wall clock minus true time) that the server may assume. Both bounds are equal if the
+  // clock has not been set for 10 s.
   std::int64_t low_ms = 0, high_ms = 0;
-  std::int64_t noted_ms = 0;  ///< upper bound of the clock offset at which the time in the ledger's file was noted
+  std::int64_t noted_ms = 0;  ///< upper bound of the clock offset when the ledger noted the time in its file
   std::int64_t wall_ms = 0;   ///< current offset of the wall clock
   std::int64_t set_at_ms = 0;
 
@@ -66,7 +66,7 @@ struct Model {
 struct Guest {
   std::string credential;
   std::int64_t joined_ms = 0, lost_ms = 0;  ///< lost_ms is 0 while the user is connected
-  bool is_ended = false;                    ///< the user was kicked, or a run without --resume has started since
+  bool is_ended = false;  ///< true if the user was kicked, or if a server has since been started without --resume
 };
 
 /// A state folder and the servers that use it, one after the other. A server has one room.
@@ -135,7 +135,7 @@ class Site {
       if (duration >= 1500ms && guest.lost_ms == 0) guest.lost_ms = now_ms;
     }
     poll();
-    // The second poll handles the changes that the first poll has caused.
+    // The first poll may change the state, for example by ending users. The second poll handles these changes.
     now_ms += 200;
     poll();
     write();
@@ -146,7 +146,8 @@ class Site {
     bench->hub->poll(VirtualClock(bench->now));
     if (!keeps_checkpoints_) return;
     kept_ = kept_in_memory_;
-    // The checkpoint is written now. After a restart, users who are connected now count as lost since this time.
+    // Writes the checkpoint. For users who are connected, it contains the present time as the time of their loss, which
+    // is used after a restart.
     for (auto& credential : *kept_.mutable_credentials()) {
       if (credential.lost_ms() == 0) credential.set_lost_ms(static_cast<std::uint64_t>(wall_ms()));
     }

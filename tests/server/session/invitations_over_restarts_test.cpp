@@ -151,7 +151,8 @@ class Sequence {
     site_.bench->send(by,
                       test::message_of([&](auto& message) { message.mutable_kick()->set_user(whom.joined.user()); }));
     site_.ledger->poll();
-    site_.ledger->work(site_.bench->now);  // writes the revocation, but not the checkpoint, before the kill
+    // Writes the revocation to disk, but not the checkpoint, before the kill.
+    site_.ledger->work(site_.bench->now);
     site_.guests.push_back(
         {.credential = whom.joined.resume_credential(), .joined_ms = site_.now_ms, .is_ended = true});
     if (below(2) == 0) {

@@ -70,8 +70,9 @@ TEST(Limits, AJoinedUserDoesNotBlockOthersFromTheSameAddress) {
   std::vector<test::BenchClient> crowd;
   for (int i = 0; i < 12; ++i) crowd.push_back(bench.join("one of many", wire::ROLE_OBSERVER));
   const wire::ClientControl state = message_of([](auto& message) { message.set_state_datagram("x"); });
-  // Each of the 12 users sends 1900 messages per second, with a cost of 95 per second. This is within kControlRate for
-  // each, but together more than kAddressControlRate. State datagrams must not count for the address.
+  // Each of 12 users at one address sends 1900 state datagrams per second as messages, which cost 95 per second. Each
+  // user is within kControlRate, but together they exceed kAddressControlRate. State datagrams must not count for the
+  // address.
   for (int ms = 0; ms < 20'000; ++ms) {
     for (test::BenchClient& user : crowd) {
       if (ms % 100 == 0) bench.send_state(user);

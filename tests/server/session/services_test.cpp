@@ -42,7 +42,8 @@ class FakeHost final : public ServiceHost {
     step();
     return *users_.back();
   }
-  /// Removes a user from users_of(), as the hub does before SessionService::on_left(). The object stays valid.
+  /// Removes a user from users_of(). The hub does the same before it calls SessionService::on_left(). The reference to
+  /// the user stays valid.
   void leave(SessionUser& user) {
     seats().leave(user.seat);
     const auto found = std::ranges::find_if(users_, [&user](const auto& each) { return each.get() == &user; });
@@ -131,7 +132,8 @@ TEST(Services, EachMessageHasOneHandler) {
   for (const auto& service : services) {
     for (const Case each : service->cases()) handled.insert(static_cast<int>(each));
   }
-  // The hub itself handles these kinds, in any state of a connection or before a user has joined.
+  // Kinds of messages that no service handles, but the hub itself: those for connections without a joined user, or in
+  // any state.
   for (const Case each : {Case::kHello, Case::kJoin, Case::kLeave, Case::kStateDatagram, Case::kPing}) {
     handled.insert(static_cast<int>(each));
   }
@@ -223,7 +225,8 @@ TEST(Grasping, AnswersTheRequesterWithTheRoomsResult) {
   SessionUser& ben = host.join("ben");
   const auto grab = [&](SessionUser& user, std::uint32_t body) {
     service->handle(user, message_of([body](auto& message) { message.mutable_grab()->set_body(body); }));
-    // The seat accepts the next request only after an update that contains the result of the present request.
+    // A user's next request is accepted only after an update has reported the result of the present one. Three steps
+    // suffice for this.
     for (int i = 0; i < 3; ++i) {
       host.step();
       while (host.room().output().poll()) {

@@ -158,7 +158,8 @@ TEST(SessionGames, ACouplingForAnEarlierLevelIsNotAppliedInTheNextOne) {
     bench.drain(ada);
     const auto stiffness = [&bench] { return bench.rooms.front()->world().coupling(0).stiffness_n_per_m; };
     EXPECT_NEAR(stiffness(), 250, 1e-9);
-    // Both commands are in the room's queue before the level begins.
+    // Sends two commands, which wait in the room's queue until the level begins: the start of level 2, and a stiffness
+    // of 20 N/m for the previous level. The stiffness must not be applied in either order.
     if (is_level_first) bench.send(ada, set("game.level", 2));
     bench.send(ada, set("coupling.stiffness_n_per_m", 20));
     if (!is_level_first) bench.send(ada, set("game.level", 2));
@@ -168,7 +169,7 @@ TEST(SessionGames, ACouplingForAnEarlierLevelIsNotAppliedInTheNextOne) {
     }
     EXPECT_NEAR(stiffness(), 400, 1e-9);
     EXPECT_EQ(received(bench.drain(ada)).stiffness.back(), 400) << "and users know it";
-    // A coupling for the present level is applied.
+    // A stiffness that is set during the level is applied.
     bench.send_state(ada);
     bench.send(ada, set("coupling.stiffness_n_per_m", 300));
     for (int i = 0; i < 300; ++i) {

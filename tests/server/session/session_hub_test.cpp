@@ -476,7 +476,7 @@ TEST(SessionHub, MeasuresTheRoundTripByItsOwnClock) {
     input.acknowledged_held = held;
     bench.deliver(bench.datagram_of(anna, input));
   };
-  bench.send_state(anna);  // acknowledges no state yet, so it must give no measurement
+  bench.send_state(anna);  // this state acknowledges no state of the server, so it must give no round-trip time
   EXPECT_EQ(bench.hub->counters().round_trip.count(), 0U);
   answer_after(std::chrono::milliseconds(42), std::chrono::milliseconds(2));
   answer_after(-std::chrono::hours(1), Duration{0});  // acknowledges a future state, so it must give no measurement

@@ -64,7 +64,7 @@ TEST(SessionSignals, ASourceHasNoSeatAndReceivesNothingOfTheRoom) {
   std::vector<test::BenchClient> sources;
   for (std::size_t i = 0; i < kMaxSignalSources; ++i) {
     sources.push_back(bench.join("source", wire::ROLE_SIGNAL));
-    bench.step(2);  // the cost of a join delays later messages to the next cycle of the hub
+    bench.step(2);  // waits until the hub processes the next messages, which it delays because of the cost of a join
   }
   EXPECT_EQ(bench.join("one more", wire::ROLE_SIGNAL).joined.user(), 0U);
   bench.step(2);

@@ -43,7 +43,9 @@ TEST(SharedTurns, EachTurnIsRunOnceBeforeRunReturns) {
   std::atomic<std::size_t> helped{0};
   while (helped < kHelped) {
     std::vector<std::size_t> taken(
-        kTurns);  // not atomic: each turn writes its own element, and run() synchronises. ThreadSanitizer checks this
+        // The counts are not atomic: each turn writes its own element, and run() synchronises. ThreadSanitizer checks
+        // this.
+        kTurns);
     turns.run(kTurns, [&](std::size_t i) {
       ++taken[i];
       if (std::this_thread::get_id() != runner) ++helped;
@@ -94,7 +96,8 @@ TEST(SessionHub, SendsEachStepOnceToEachUserWhileTheRoomsThreadHelps) {
       helped = published.load();
       bench.hub->help(room);
     });
-    // With a single processor, the helper may get to run only after more than kLeastSteps steps.
+    // On a single processor, the helper thread may not run within kLeastSteps steps. The loop then continues for up to
+    // kMostSteps.
     for (; steps < kLeastSteps || (bench.transport.sent_elsewhere == 0 && steps < kMostSteps); ++steps) {
       bench.now += std::chrono::milliseconds(1);
       room.step(server_time_of_own_clock(bench.now));

@@ -16,8 +16,9 @@ TEST(StateStream, ANewUserDoesNotReceiveTheStateOfTheSeatsFormerUser) {
   test::BenchClient ben = bench.join("ben", wire::ROLE_MANIPULATOR, "state-tcp");
   ASSERT_EQ(ben.joined.tool(), ada.joined.tool());
   bench.drain(ben);
-  // After ben has joined, the room may publish one more update for ada, if it has not read the join from its ring yet.
-  // The test publishes such an update in place of the room, because it cannot delay the ring. Ben must not receive it.
+  // Ada has left, and ben has joined and got her tool. The room may still publish one update for ada, if it has not
+  // read the join from its command ring yet. The test publishes such an update itself, because it cannot delay the
+  // ring. Ben must not receive the update.
   RoomUpdate late;
   late.user[0] = UserId{ada.joined.user()};
   late.own[0].step = Step{77};

@@ -2,7 +2,7 @@
 //
 // 1. Copy Tandem.cs and this file to Assets/, and libtandem.so.0 as libtandem.so to Assets/Plugins/x86_64/.
 // 2. Add this script to an object, which becomes the hand. Objects with the names of the scene's bodies follow them.
-// 3. The space bar grabs the nearest body and releases it; a device with a button does it by its button.
+// 3. The space bar grabs the nearest body or releases the held one. A button of the device does the same.
 using System;
 using System.Collections.Generic;
 using UnityEngine;
@@ -14,8 +14,8 @@ public class TandemHand : MonoBehaviour {
   public uint HeldBody { get; private set; }
   public double ForceN { get; private set; }
 
-  // The room is right-handed with z up, Unity left-handed with y up: y and z are exchanged. The exchange is a reflection,
-  // so it also inverts the sense of rotations.
+  // Converts a position. The room is right-handed with z up, Unity is left-handed with y up, so y and z are exchanged.
+  // The exchange is a reflection, so it also inverts the sense of rotations.
   public static Vector3 ToUnity(Tandem.Vector p, float scale) {
     return new Vector3(scale * (float)p.x, scale * (float)p.z, scale * (float)p.y);
   }
@@ -36,7 +36,7 @@ public class TandemHand : MonoBehaviour {
     }
   }
 
-  // Also called at the end of the play mode, so that no force remains.
+  // Unity calls this function at the end of the play mode too, so no force remains.
   void OnDisable() {
     if (client_ != null) client_.Dispose();
     client_ = null;
@@ -67,7 +67,7 @@ public class TandemHand : MonoBehaviour {
 
   void ShowEvents() {
     for (var found = client_.NextEvent(); found != null; found = client_.NextEvent()) {
-      if (found.Kind == Tandem.EventKind.Joined) bodies_.Clear();  // the ids are those of the room's new scene
+      if (found.Kind == Tandem.EventKind.Joined) bodies_.Clear();  // ids now refer to the new scene
       if (found.Kind == Tandem.EventKind.News) Debug.Log(found.Text);
       if (found.Kind == Tandem.EventKind.Refused) Debug.LogWarning(found.Text);
     }
@@ -85,7 +85,7 @@ public class TandemHand : MonoBehaviour {
       GameObject found;
       bodies_.TryGetValue(read_[i].id, out found);
       if (found == null) found = GameObject.Find(read_[i].name.ToString());
-      if (found == null) continue;  // a body that this Unity scene does not show, or not yet
+      if (found == null) continue;  // the Unity scene has no object with this body's name (yet)
       bodies_[read_[i].id] = found;
       found.transform.localPosition = ToUnity(read_[i].pose_W.position_m, scale);
       found.transform.localRotation = ToUnity(read_[i].pose_W.rotation_wxyz);

@@ -23,7 +23,7 @@ bool is_named(std::string_view text, std::string_view name) {
   return std::ranges::equal(text, name, {}, small_letter, small_letter);
 }
 
-/// A value or a keyword. A quoted word is never a keyword.
+/// A word of the file: a value or a keyword. A quoted word is always a value.
 struct Word {
   std::string_view text;
   bool is_quoted = false;

@@ -8,9 +8,9 @@
 
 namespace tandem::server {
 
-/// Reads the first model of the first data block with atoms. Names, numbers and chains are those of the authors
-/// (auth_…) if the file has them, as in the PDB file of the same entry. gemmi's reader is not used: this reader needs
-/// only one loop, one pass and no copy of the file.
+/// Reads the first model of the first data block with atoms. If the file has the names, numbers and chains of the
+/// authors (auth_…), these are used, as in the PDB file of the same entry. gemmi's reader is not used, because this
+/// reader needs only one loop, one pass and no copy of the file.
 ///
 /// Source  Hall, Allen, Brown, Acta Cryst. A47 (1991) 655 and iucr.org "CIF 1.1 syntax": words, quotes, text fields
 /// In      source  name of the file, for messages

@@ -3,8 +3,8 @@
 //    1-6 record   13-16 name   17 alternate location   18-20 residue   22 chain   23-26 number
 //   27 insertion code   31-38, 39-46, 47-54 x y z [Å]   55-60 occupancy   73-76 segment   77-78 element   79-80 charge
 //
-// The input may contain any bytes. File size (structure_file.hpp), atoms, and atoms of one residue are therefore
-// bounded.
+// The input may contain any bytes. Therefore the size of the file (structure_file.hpp), the number of atoms, and the
+// number of atoms of one residue are bounded.
 #include "server/assets/structures/readers/pdb_reader.hpp"
 
 #include <algorithm>
@@ -20,7 +20,8 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kLastCoordinateColumn = 54;
-/// Atom types of AutoDock 4 that are no element symbols, or are the symbol of another element.
+/// Atom types of AutoDock 4 with their elements. Listed are types that are no element symbol, or that are the symbol of
+/// another element.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kElementOfDockingType = {{{"A", "C"},
                                                                                                   {"C", "C"},
                                                                                                   {"N", "N"},
@@ -71,8 +72,8 @@ double PdbParser::coordinate(std::string_view line, std::size_t first, std::size
   return value;
 }
 
-/// Returns all four columns of a name if the columns determine the element. They do not determine it in a file in which
-/// an alpha carbon begins in column 13.
+/// Returns the field of an atom name with all four columns if the columns determine the element, otherwise without
+/// blanks. They determine nothing in a file that writes the name of an alpha carbon from column 13 on.
 std::string_view PdbParser::name_field(std::string_view line, std::string_view residue) {
   const std::string_view field = line.substr(12, 4);
   if (field == "CA  " && is_standard_residue(residue)) is_aligned_ = false;
@@ -110,7 +111,8 @@ void PdbParser::add_docking_columns(std::string_view line, std::string_view resi
 }
 
 void PdbParser::add_atom(std::string_view line) {
-  // The length of the line is checked, because a truncated coordinate would parse as another number.
+  // A truncated coordinate would still parse as a number, but as a wrong one. The length of the line is therefore
+  // checked.
   if (line.size() < kLastCoordinateColumn) {
     fail("atom line ends at column " + std::to_string(line.size()) +
          ", within the coordinates in columns 31-54; complete or delete this line");

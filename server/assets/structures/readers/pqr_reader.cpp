@@ -61,8 +61,8 @@ bool read_words(std::string_view line, PqrRecord& record) {
   return true;
 }
 
-/// Reads fixed columns: those of PDB, followed by "%8.4f%7.4f". PDB2PQR writes this form. Wide numbers have no blanks
-/// between them, so the line cannot be split into words.
+/// Reads fixed columns, as PDB2PQR writes them: those of PDB up to the coordinates, followed by "%8.4f%7.4f". Wide
+/// numbers in this form have no blanks between them, so the line cannot be split into words.
 bool read_columns(std::string_view line, PqrRecord& record) {
   constexpr std::array<std::array<std::size_t, 2>, 5> kColumns = {{{31, 38}, {39, 46}, {47, 54}, {55, 62}, {63, 69}}};
   for (std::size_t i = 0; i < record.numbers.size(); ++i) {

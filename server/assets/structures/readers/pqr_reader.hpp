@@ -8,8 +8,8 @@
 
 namespace tandem::server {
 
-/// Reads ATOM and HETATM records: serial, atom, residue, chain (optional), number, x y z, charge, radius. A chain end
-/// that is a residue of its own (NTER, NTE, CTER, CTE) is joined to the residue of the same number.
+/// Reads ATOM and HETATM records: serial, atom, residue, chain (optional), number, x y z, charge, radius. Some programs
+/// write a chain end as a separate residue (NTER, NTE, CTER, CTE). It is joined to the residue with the same number.
 ///
 /// In      source  name of the file, for messages
 /// Fails   MoleculeError with file and line: a record lacks numbers, or its charge exceeds 100 e or its radius 10 Å

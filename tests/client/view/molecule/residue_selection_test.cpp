@@ -205,7 +205,7 @@ TEST_F(ResidueSelectionTest, ADoubleClickGrabsAndSelectsNothing) {
   const auto follow = [&](bool is_click, bool is_double_click, int after_ms) {
     now += std::chrono::milliseconds(after_ms);
     MoleculeFrame frame = frame_at(is_click);
-    frame.is_free = is_click;  // a press is not free, a release is
+    frame.is_free = is_click;  // the mouse is free when its button is released, but not when it is pressed
     frame.is_double_click = is_double_click;
     frame.now = now;
     mouse.follow(frame);
@@ -213,7 +213,7 @@ TEST_F(ResidueSelectionTest, ADoubleClickGrabsAndSelectsNothing) {
   follow(true, false, 1000);
   const auto before = mouse.selection().residues();
   ASSERT_EQ(before.size(), 1U);
-  follow(true, false, 2000);  // takes the residue back
+  follow(true, false, 2000);  // a second click on the residue deselects it
   EXPECT_TRUE(mouse.selection().is_empty());
   follow(false, true, 200);
   EXPECT_EQ(mouse.selection().residues(), before) << "the first click of the double click is taken back";

@@ -88,8 +88,8 @@ TEST(BallContacts, HaveTheForceStiffnessTiltAndSlipOfTheCap) {
 
 TEST(BallContacts, HaveTheForceOfThePlanesPointsToo) {
   for_all_sizes([](double radius_m, double depth_m) {
-    // A point of the plane at the distance s from the ball's centre has the depth R − s. Its normal points to the
-    // centre.
+    // Reference: an integral over the points of the plane. A point at the distance s from the ball's centre has the
+    // depth R − s, with the ball's radius R. Its normal points to the centre.
     const double height_m = radius_m - depth_m;
     const int steps = 20'000;
     double force_n = 0;
@@ -135,8 +135,8 @@ TEST(BallContacts, TheirAreasSumToThatOfTheCapInTheBand) {
   }
 }
 
-/// A ball with few points that declares a fine spacing. The closed form must be used; contacts from its few points
-/// would fail the tests.
+/// Returns a ball that has few points but declares a fine spacing. Contacts must follow from the closed form; contacts
+/// at the few points would fail the tests.
 ContactShape ball_of(double radius_m, double spacing_m = 4.5e-4) {
   ContactShape shape =
       hand_made_shape(sphere_field(radius_m), PointShell::make(sphere_points(radius_m, 2000), spacing_m));
@@ -214,8 +214,8 @@ TEST(BallContacts, AreContinuousWhenABallIsPressedDown) {
         for (const ContactPoint& c : contacts) sum += c.area_m2 * std::max(0.0, c.depth_m + closed_m);
         return sum;
       };
-      // Depths are computed after the surfaces have approached by `closed_m`. The force may change between two steps by
-      // at most the depth × area of the points that enter or leave.
+      // Compares the forces of two consecutive steps, after the surfaces have approached by `closed_m`. The force may
+      // change by at most the depth × area of the points that enter or leave the band.
       for (const double closed_m : {0.0, 5e-5, kBallContactsBand_m}) {
         const double most = 2 * area_per_step_m2 * (std::max(0.0, depth_m) + kBallContactsBand_m + closed_m);
         ASSERT_NEAR(force_in(now, closed_m), force_in(before, closed_m), most) << radius_m << " " << depth_m;
@@ -225,8 +225,8 @@ TEST(BallContacts, AreContinuousWhenABallIsPressedDown) {
   }
 }
 
-/// Pose of a ball of radius 5 mm in a box of 2 cm, by default 50 µm deep. The ball is `inside_m` from the edge of the
-/// box, and rotated as if it had rolled from the edge.
+/// Returns the pose of a ball of radius 5 mm that presses the top of a box of 2 cm, by default 50 µm deep. It touches
+/// the box `inside_m` from an edge, and is rotated as if it had rolled from this edge.
 Pose beside_edge(double inside_m, double depth_m = 5e-5) {
   return {Vec3(0.01 - inside_m, 0.0013, 0.015 - depth_m), quaternion_of(Vec3(0, -inside_m / 5e-3, 0))};
 }
@@ -255,14 +255,14 @@ TEST(BallContacts, GoOverIntoPointsWithoutAStepInForce) {
     }
     EXPECT_FALSE(was_closed_form);
     EXPECT_EQ(changes, 1);
-    // The box has no points in the interior of its faces. The limit is therefore slightly above the change of force
-    // when one point of the ball leaves.
+    // Only the ball's points press here, because the faces of the box have no points in their interior. The limit is
+    // slightly above the change of force when one of the ball's points leaves.
     EXPECT_LT(most_n, 0.11 * forces_n.front());
   }
 }
 
-/// The ball is outside of the box, beside an edge. A grid underestimates distances far from the surface, so contact is
-/// excluded only if the planes are tested, too.
+/// The ball is outside of the box, beside an edge. The box's grid underestimates distances far from the surface, so it
+/// does not exclude a contact. Fails if the planes of the box's faces are not tested as well.
 TEST(BallContacts, OfABallThatIsClearBesideAnEdgeThereIsNone) {
   const double radius_m = 5e-3, half_m = 0.01;
   const ShapePointer ball = make_contact_sphere(radius_m);
@@ -300,7 +300,8 @@ TEST(BallContacts, KeepFrictionWhenTheyGoOverIntoPointsAndBack) {
         const Touch after = find(beside_edge(to_m));
         ASSERT_NE(start.is_closed_form, after.is_closed_form);
         ASSERT_EQ(start.is_closed_form, from_m > to_m);
-        // At the plane's points, the contact normals are those of the ball, so they are slightly tilted.
+        // The tolerance of 3 % is for the contacts at the plane's points. Their normals are those of the ball, so they
+        // are slightly tilted.
         EXPECT_LT((after.friction_W - before.friction_W).norm(), 0.03 * before.friction_W.norm());
         EXPECT_NE(before.moment_z, 0);
         EXPECT_NEAR(after.moment_z, before.moment_z, 0.01 * std::abs(before.moment_z));
@@ -382,8 +383,8 @@ TEST(BallContacts, HoldABallOnASlopeThoughItsWeightTrembles) {
         rig.gravity_m_per_s2 = kGravity_m_per_s2 * (1 + (i % period < period / 2 ? share : -share));
         rig.step();
       }
-      // Limit of the motion within one second, at a depth of 73 µm. The measured motion was 14 µm. With an error by
-      // which each deeper step shortens all bristles, the ball would creep by 91 µm.
+      // Limit of the motion within one second, at a depth of 73 µm. Measured were 14 µm. If each deeper step shortened
+      // all bristles (elastic displacements of friction), the ball would creep by 91 µm.
       EXPECT_LT((rig.X_WB.p - start).norm(), 2e-5) << share << " " << period;
     }
   }

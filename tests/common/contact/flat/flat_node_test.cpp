@@ -132,9 +132,9 @@ TEST(FlatNode, APolygonHasTheMomentsOfItsPoints) {
 }
 
 TEST(FlatNode, ItsPolygonLiesOnTheSurface) {
-  // In the prism with five sides, edges of one plane have different directions. In the prisms with 8 and 32 sides,
-  // corners of flat nodes are near the rim of the end face. Without regard to these cases, a polygon would extend
-  // beyond the surface.
+  // Fails if a polygon extends beyond the surface. The prisms are critical cases:
+  // - Five sides: edges of one plane have different directions.
+  // - 8 and 32 sides: corners of flat nodes are near the rim of the end face.
   for (const auto& [sides, radius_m, height_m] :
        {std::tuple(5, 0.0526, 0.0657), std::tuple(8, 0.05, 0.0625), std::tuple(32, 0.0375, 0.1)}) {
     const geometry::TriangleMesh mesh = prism_mesh(sides, radius_m, height_m);

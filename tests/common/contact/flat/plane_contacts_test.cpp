@@ -89,7 +89,8 @@ Stack oblique_stack() {
 // Checks the planes that a field reports for random boxes. The largest distance to the planes must equal the field's
 // distance.
 //
-// In      at_edges_m  tolerance for several planes: the samples interpolate across the edge between them
+// In      at_edges_m  tolerance if the field reports several planes; the samples are interpolated across the edge
+//                     between them
 void expect_planes_are_right(const DistanceField& field, double reach_m, double tolerance_m, double at_edges_m,
                              unsigned seed) {
   std::mt19937 random(seed);
@@ -115,8 +116,8 @@ void expect_planes_are_right(const DistanceField& field, double reach_m, double 
       for (std::size_t plane = 0; plane < field.planes().size(); ++plane) {
         if ((planes >> plane & 1U) != 0) largest = std::max(largest, field.planes()[plane].distance_m(p));
       }
-      // The distances may differ deep inside, where both exceed any contact depth. Outside of an edge, the field's
-      // distance may be larger.
+      // Two differences are allowed. Deep inside, both distances exceed any contact depth. Outside of an edge, the
+      // field's distance may be larger than that to the planes.
       if (distance < -5e-4 && largest < -5e-4) continue;
       const double most = (std::popcount(planes) > 1 ? at_edges_m : tolerance_m) + 0.01 * std::abs(distance);
       if (largest > 0) {
@@ -137,8 +138,9 @@ TEST(PlaneMap, IsWhereSamplesLieOnAPlane) {
   expect_planes_are_right(*oblique_stack().shape->field, 0.015, 3e-6, 1.5e-4, 2);
 }
 
-// The planes of a wall continue beyond the end of the wall. If a box overhangs the end, all of its corners may be
-// outside of one of the planes. A test of the corners alone would then wrongly accept these planes.
+// The planes through the faces of a wall continue beyond the end of the wall. A box that overhangs the end may have all
+// its corners outside of one of the planes. Fails if only the corners are tested, and the planes are therefore
+// accepted.
 TEST(PlaneMap, OfAThinWallEndsWhereTheWallDoes) {
   constexpr int kSides = 16;
   constexpr double kOuter_m = 0.0375, kInner_m = 0.03625, kHalf_m = 0.02;
@@ -253,10 +255,11 @@ TEST(PlaneContacts, AFaceOnAFaceHasFewOfThem) {
   EXPECT_LT(pair.contacts().size(), 600U);
 }
 
-// The hole is so small that the mean and the deviations of the face's points are almost those of a full rectangle. If
-// the hole is not detected, the face presses on the rod inside the hole.
+// The hole hardly changes the statistics of the face's points: their mean and deviations are almost those of a full
+// rectangle. Fails if the face counts as full; it would then press on the rod inside the hole.
 TEST(PlaneContacts, NothingPressesOnARodInAHole) {
-  // Centre of the plate, relative to the hole. In both cases, the hole is well inside a node of some thousand points.
+  // Centre of the plate, relative to the hole. In both cases, the hole is well inside one tree node of some thousand
+  // points.
   for (const Vec3& middle : {Vec3(0.1 / 12, 0.003125, 0), Vec3(0.125 / 12, 0.009375, 0)}) {
     const auto plate =
         make_contact_mesh({block_with_hole_mesh(3e-3, 0.1, 0.005, middle), geometry::SurfaceKind::kSolid, {}});
@@ -288,7 +291,7 @@ TEST(PlaneContacts, ForceHasNoStepsWhileABoxTilts) {
     const double few_now_n = of_contacts(pair).on_a_W.f.norm();
     if (i % 4 == 0) {
       const double all_now_n = of_all_points(*stack.shape, X_WA, *stack.shape, stack.X_WB()).on_a_W.f.norm();
-      // Along edges, interpolated samples are more rounded than the planes.
+      // Tolerance: along edges, distances from interpolated samples are more rounded than distances to the planes.
       EXPECT_NEAR(few_now_n, all_now_n, 0.02 * all_now_n + 0.3) << "tilt " << tilt;
       all_n = all_now_n;
     }
@@ -314,8 +317,7 @@ TEST(PlaneContacts, ForceFollowsTheOverlapWhileABoxSlidesOverAnEdge) {
     if (i == 0) whole_n = before_n = now_n;
     const double overlap = std::clamp((0.025 - x_m) / 0.02, 0.0, 1.0);
     ASSERT_NEAR(now_n, overlap * whole_n, 0.06 * whole_n) << x_m;
-    // In one step, the block may lose a strip of 0.5 mm at each of two edges. The force may change by the fraction of
-    // points in these strips.
+    // In one step, the block may lose a strip of 0.5 mm at each of two edges, which contain 5 % of its points.
     ASSERT_NEAR(now_n, before_n, 0.06 * whole_n) << x_m;
     before_n = now_n;
   }
@@ -323,8 +325,9 @@ TEST(PlaneContacts, ForceFollowsTheOverlapWhileABoxSlidesOverAnEdge) {
   EXPECT_NEAR(before_n, 0, 0.01 * whole_n);
 }
 
-// The edges of a flight of stairs lie in one plane, with gaps between them. If the budget is too small for all points,
-// some contacts represent several points. A contact in a gap between the edges would be too deep.
+// The points lie on the edges of a flight of stairs, which are in one plane with gaps between them. If the budget is
+// too small, some contacts represent several points. Fails if such a contact lies in a gap, where it would be deeper
+// than every point.
 TEST(PlaneContacts, WithoutSpaceForAllNoContactIsDeeperThanTheDeepestPoint) {
   std::vector<ShellPoint> points;
   for (int nose = 0; nose < 8; ++nose) {
@@ -360,8 +363,8 @@ TEST(PlaneContacts, WithoutSpaceForAllNoContactIsDeeperThanTheDeepestPoint) {
   }
 }
 
-// A dense group of points, and a small group far away. At the mean of all points minus one standard deviation there is
-// no point. A contact at this position would press although no point is below the plane.
+// A dense group of points, and a small group far away. The mean of all points minus one standard deviation is between
+// the groups, where no point is. Fails if a contact at this position presses although no point is below the plane.
 TEST(PlaneContacts, NothingPressesWhereNoPointIs) {
   std::vector<ShellPoint> points;
   for (int i = 0; i < 40; ++i) {

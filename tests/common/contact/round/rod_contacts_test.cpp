@@ -145,8 +145,8 @@ TEST(RodContacts, AreContinuousInThePose) {
       const Vec6 now = force_at(static_cast<double>(k) / steps);
       pressing += now.norm() > 1e-3 ? 1 : 0;
       if ((now - before).norm() > 1e-3) {
-        // The interval with the largest change is bisected repeatedly. The change approaches zero if the force is
-        // continuous; otherwise it remains as large as the jump.
+        // Bisects the interval with the largest change repeatedly. If the force is continuous, the change approaches
+        // zero. If it jumps, the change stays as large as the jump.
         double low = (k - 1.0) / steps, high = static_cast<double>(k) / steps;
         Vec6 at_low = before, at_high = now;
         for (int halving = 0; halving < 30; ++halving) {
@@ -206,7 +206,8 @@ TEST(RodContacts, DoNotTurnRoundWhereARodIsMovedThroughTheOther) {
     const auto deepest = std::ranges::max_element(contacts, {}, &ContactPoint::depth_m);
     EXPECT_GT(deepest->normal_W.x(), 0.99);
     EXPECT_GT(deepest->depth_m, 0.9 * (1e-4 + passed_m));
-    // Rod A is now moved so far that it does not touch B at all. It counts as placed on its new side.
+    // Rod A is moved on until it no longer touches B. A rod without contact must change to its new side of B, so all
+    // normals point along −x.
     contacts.clear();
     ASSERT_TRUE(pair.find(rod, across(-2.1e-4, 1), rod, {}, 1e-3, false, contacts));
     for (const ContactPoint& contact : contacts) EXPECT_LT(contact.normal_W.x(), 0);

@@ -1,4 +1,6 @@
-// Tests the transitions of the level policy, as in the figure of common/contact/SEARCH.md. No shell is involved.
+// Tests the transitions between levels, as in the figure of common/contact/SEARCH.md, with given loads and without a
+// shape. A level limits how many points a node of the search tree may have if it is treated as a leaf. The cut is the
+// set of nodes that the search stores between steps; a walk is one traversal of the cut.
 #include "common/contact/shell/level_policy.hpp"
 
 #include <gtest/gtest.h>
@@ -10,10 +12,12 @@ namespace {
 
 constexpr std::uint32_t kRoomForContacts = 100;
 constexpr std::size_t kRoomForCut = 1000;
-constexpr std::uint32_t kMostPoints = 64;  ///< a part is one leaf at level 7: 8 × 2^(7 − 4)
+/// Number of points of the largest part (subtree in which the cut lies). At level 7, a pressing leaf may have
+/// 8 × 2^(7 − 4) = 64 points, so a part is one leaf, and no coarser level is needed.
+constexpr std::uint32_t kMostPoints = 64;
 constexpr int kCoarsest = 7;
 constexpr double kNarrow_m = 1e-4, kUsual_m = 5e-4, kWide_m = 2e-3;
-constexpr std::uint32_t kQueriesOfAStep = 130;  ///< 1.3 for each contact
+constexpr std::uint32_t kQueriesOfAStep = 130;  ///< limit of queries of a usual walk: 1.3 for each of kRoomForContacts
 
 /// Load with few near points, within all limits.
 constexpr SearchLoad kLittle{.near_count = 10, .contacts = 10, .cut_size = 100, .walk_points = 20, .band_m = kUsual_m};
@@ -28,7 +32,7 @@ LevelPolicy bound() {
   return policy;
 }
 
-/// Returns a policy at this level, after the end of its first cut.
+/// Returns a policy at the level `level`, after the search has built its first cut.
 LevelPolicy at_level(int level) {
   LevelPolicy policy = bound();
   policy.set_level(level);

@@ -52,8 +52,8 @@ Work work_of_torque(const CouplingLaw& law, const Loop& orientation) {
 
 class PassiveCouplingLaw : public testing::TestWithParam<CouplingLawInfo> {};
 
-// Relative tolerance of work. A midpoint sum over a smooth closed path has an error far below the square of its step
-// (1e-7). Where the path passes |θ| = π, or the slope of the law changes, the error is about 1e-7.
+// Relative tolerance of work that is integrated by the midpoint rule. On a smooth closed path, the error is far below
+// the square of the step (1e-7). It is about 1e-7 where the path passes |θ| = π or the slope of the law changes.
 constexpr double kQuadratureShare = 1e-5;
 
 TEST_P(PassiveCouplingLaw, ElasticForceDoesNoWorkAlongAClosedPath) {
@@ -184,8 +184,8 @@ TEST(StableDynamic, ReturnsItsStoredEnergy) {
 
 TEST(QsaDynamic, ReturnsMoreThanItStored) {
   const PushAndRetreat energy = push_and_retreat(*make_coupling_law("qsa-dynamic", kExample), 0.010);
-  // Closed form of the stored energy: limit · bend · (u − 1 + e^(−u)), with the limit of 4 N, the bend at 20 mm, and u
-  // = 10 mm / 20 mm = 1/2.
+  // Closed form of the stored energy: F b (u − 1 + e^(−u)), with the force limit F = 4 N, the bend at b = 20 mm, and
+  // the relative displacement u = 10 mm / b = 1/2.
   EXPECT_NEAR(energy.stored_j, 0.08 * (std::exp(-0.5) - 0.5), 1e-6);
   EXPECT_NEAR(energy.returned_j, 10.0e-3, 1e-6);
 }

@@ -11,7 +11,7 @@
 namespace tandem::haptics {
 namespace {
 
-/// Translation or rotation of a law, with its inputs, its output and their scales.
+/// Either the translation or the rotation of a coupling law: members for its inputs and its output, with their scales.
 struct Channel {
   Vec3 CouplingState::*displacement;
   Vec3 CouplingState::*velocity;

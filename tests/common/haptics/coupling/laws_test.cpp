@@ -58,8 +58,8 @@ TEST_P(EveryCouplingLaw, PullsHarderTheFartherTheHandle) {
       before = now;
     }
     if (!pulls()) continue;
-    // The saturation bends below the limit, so a curve that reaches the limit gives a smaller force. The difference is
-    // the fraction ε/e of the limit (e: Euler's number), here at most 37 %.
+    // Saturation reduces the force of a curve that reaches the limit, because it bends below the limit. With the
+    // softness ε and Euler's number e, the force is smaller by the fraction ε/e of the limit, at most 37 %.
     ASSERT_GT(now.f.dot(direction), 0.63 * c.force_limit_n) << "seed " << seed << " draw " << i;
     ASSERT_GT(now.t.dot(direction), 0.63 * c.torque_limit_n_m) << "seed " << seed << " draw " << i;
   }

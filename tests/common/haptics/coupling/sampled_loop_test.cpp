@@ -14,7 +14,7 @@
 namespace tandem::haptics {
 namespace {
 
-/// Reference: simulates the loop step by step, without a transition matrix.
+/// Reference for spectral_radius(): simulates the loop step by step, without a transition matrix.
 class SimulatedLoop {
  public:
   SimulatedLoop(const LoopModel& model, double start)
@@ -78,7 +78,8 @@ class SimulatedLoop {
   std::deque<double> seen_;
 };
 
-/// Returns the growth factor per period of the simulated loop. Faster modes have decayed before it is measured.
+/// Returns the factor by which the state of the simulated loop grows per period. The measurement begins after modes
+/// that decay faster have vanished.
 double simulated_growth(const LoopModel& model) {
   constexpr int kSettling = 4000, kBetween = 8000, kStretch = 1000;
   SimulatedLoop loop(model, 1e-3);
@@ -95,7 +96,8 @@ double simulated_growth(const LoopModel& model) {
     return log_peak;
   };
   run(kSettling);
-  // The peaks of two intervals are compared, so that the phase of an oscillation has no influence.
+  // Compares the peaks of two intervals that begin kBetween periods apart. A peak does not depend on the phase of an
+  // oscillation.
   const double first = run(kStretch);
   run(kBetween - kStretch);
   return std::exp((run(kStretch) - first) / kBetween);
@@ -122,9 +124,10 @@ TEST(SpectralRadius, IsTheGrowthOfTheSimulatedLoop) {
     const LoopModel model = random_model(random);
     const double radius = spectral_radius(model);
     unstable += radius >= 1 ? 1 : 0;
-    // Two effects limit the accuracy of the simulated growth. Two modes of almost equal radius beat, which changes the
-    // size by a factor of up to 2. A nearly double mode also grows with time, here by a factor of up to 13000/5000. The
-    // error over 8000 periods is ln(2 · 13000/5000) / 8000 = 2.1e-4.
+    // Two effects limit the accuracy of the simulated growth:
+    // - Two modes of almost equal radius beat, which changes the size by a factor of up to 2.
+    // - A nearly double mode also grows linearly with time, here by a factor of up to 13000/5000.
+    // Over 8000 periods, the error of the growth is ln(2 · 13000/5000) / 8000 = 2.1e-4.
     EXPECT_NEAR(simulated_growth(model), radius, 2.1e-4 * radius);
   }
   EXPECT_GT(unstable, 0);
@@ -133,8 +136,8 @@ TEST(SpectralRadius, IsTheGrowthOfTheSimulatedLoop) {
 
 TEST(SpectralRadius, CrossesOneAtJurysLimitForADampedMassOnASpring) {
   const double T = 1e-3, m = 0.1, b = 0.5;
-  // Exact solution for a force that is held over the period T: x⁺ = x + c v − k g x, v⁺ = a v − k h x, with the
-  // stiffness k and the coefficients a, c, g, h below. At the stability limit, the product of the eigenvalues is 1: a
+  // Jury's limit of the stiffness k. The exact solution for a force that is held over the period T is x⁺ = x + c v − k
+  // g x, v⁺ = a v − k h x, with the coefficients a, c, g, h below. At the limit, the product of the eigenvalues is 1: a
   // (1 − k g) + k h c = 1.
   const double a = std::exp(-b * T / m), c = (1 - a) * m / b, h = (1 - a) / b, g = (T - c) / b;
   const double largest = (1 - a) / (h * c - a * g);
@@ -146,8 +149,8 @@ TEST(SpectralRadius, CrossesOneAtJurysLimitForADampedMassOnASpring) {
 
 TEST(SpectralRadius, OfAnUndampedSampledSpringIsAboveOneAtAnyStiffness) {
   for (const double stiffness : {1.0, 10.0, 100.0, 1000.0, 10000.0}) {
-    // To first order, the determinant of the oscillator with a held force is 1 + k T²/(2 m), and the spectral radius is
-    // the square root of the determinant.
+    // Expected growth for the stiffness k, the period T = 1 ms and the mass m = 0.1 kg. To first order, the determinant
+    // of the oscillator with a held force is 1 + k T²/(2 m). The spectral radius is its square root.
     const double growth = std::sqrt(1 + stiffness * 1e-6 / (2 * 0.1));
     EXPECT_NEAR(spectral_radius(held_spring(stiffness, 0, 0.1, 0)), growth, 1e-8 + 0.2 * (growth - 1)) << stiffness;
     EXPECT_GT(spectral_radius(held_spring(stiffness, 0, 0.1, 0)), 1) << stiffness;
@@ -166,7 +169,8 @@ TEST(SpectralRadius, IsBelowOneInsideColgatesBoundAtAToolHeldFastInEveryHand) {
 }
 
 TEST(SpectralRadius, DependsOnRateByScaleOnly) {
-  // With the period as the unit of time, the loop depends only on the numbers k T²/m and b T/m.
+  // In units of the period T, only the numbers k T²/m and b T/m determine the loop (stiffness k, damping b, mass m). A
+  // shorter period with the same numbers must give the same spectral radius.
   Random random(test::test_seed(9), 0);
   for (int i = 0; i < 50; ++i) {
     SCOPED_TRACE("model " + std::to_string(i));

@@ -33,7 +33,7 @@ const StabilityFinding* finding_of(const std::vector<StabilityFinding>& findings
   return nullptr;
 }
 
-/// Returns `parameters` with the finding's remedy applied. The remedy is multiplied by `factor`.
+/// Returns `parameters` with the value that the finding proposes (its remedy), multiplied by `factor`.
 CouplingParameters remedied(CouplingParameters parameters, const StabilityFinding& finding, double factor) {
   const double value = finding.remedy * factor;
   if (finding.parameter == "coupling.stiffness_n_per_m") parameters.stiffness_n_per_m = value;
@@ -56,8 +56,8 @@ TEST(CheckCoupling, AnAcceptedCouplingIsStableForAnyHandAndContact) {
     device.period_s = model.period_s;
     device.velocity_window = model.velocity_window;
     device.delay_periods = model.delay_periods;
-    // If the device has too little damping, the check proposes the smallest damping that passes. This damping is used
-    // here.
+    // For a device with too little damping, the check proposes the smallest damping that passes. The test continues
+    // with this damping.
     device.damping_n_s_per_m = 1e-6;
     for (const StabilityFinding& finding : check_coupling(parameters, model.tool_mass, 0, device)) {
       if (finding.parameter == "device.damping_n_s_per_m") device.damping_n_s_per_m = finding.remedy;
@@ -172,7 +172,7 @@ TEST(CheckCoupling, WarnsExactlyBelowColgatesBound) {
   parameters.stiffness_n_per_m = 300;
   parameters.damping_n_s_per_m = 0.5;
   LoopDevice device;
-  device.damping_n_s_per_m = 0.651;  // slightly above k T/2 + b = 0.65
+  device.damping_n_s_per_m = 0.651;  // slightly above k T/2 + b = 0.15 + 0.5 N·s/m
   EXPECT_TRUE(check_coupling(parameters, 0.1, 0, device).empty());
   device.damping_n_s_per_m = 0.6;
   const auto findings = check_coupling(parameters, 0.1, 0, device);
@@ -209,7 +209,7 @@ TEST(CheckCoupling, ASteeperLawIsHeldToALowerStiffness) {
   device.has_torque = false;
   const double linear = check_coupling(parameters, 0.1, 0, device, 1).at(0).remedy;
   const double steep = check_coupling(parameters, 0.1, 0, device, 2).at(0).remedy;
-  EXPECT_NEAR(steep, linear / 2, 0.01 * linear);  // the remedies have three digits
+  EXPECT_NEAR(steep, linear / 2, 0.01 * linear);  // tolerance: the remedies have three digits
 }
 
 TEST(CheckCoupling, ADeviceWithoutAMassOfItsOwnIsNeverAlone) {

@@ -104,8 +104,9 @@ TEST(CouplingPassivityController, AGreedyDriverGetsNoMoreThanTheInitialCredit) {
 }
 
 TEST(CouplingPassivityController, EvenADamperTwiceWhatTheSpringNeedsFeedsADriverWithoutAController) {
-  // At 1000 N/m and 0.5 m/s, sampling creates ½ k dx² = 125 µJ in each period (dx: motion in a period). The damper
-  // dissipates less, because the driver's motion is never smooth.
+  // In each period, the driver moves by dx = 0.5 mm, and sampling creates ½ k dx² = 125 µJ. The damper dissipates less
+  // than usual, because the driver's motion is never smooth. Without the controller, the driver therefore extracts
+  // energy.
   EXPECT_GT(drive(1000, 2, 0.5, false, 1).most_j, 3e-4);
   EXPECT_LE(drive(1000, 2, 0.5, true, 1).most_j, kMaxTaken_j);
 }
@@ -144,11 +145,11 @@ TEST(CouplingPassivityController, LeavesASmoothHandAloneOnceItIsSixTenthsOfAMill
           -3e-3 + 7e-3 * std::sin(2 * std::numbers::pi * k * kCouplingPassivityControllerPeriod - std::numbers::pi / 2);
       const double f = wall.force(x);
       const double shown = controller.apply(tool_at_x(x), force_x(f), 0, kCouplingPassivityControllerPeriod).f.x();
-      // While the controller scales the force F by s < 1, s F = (E + credit) / δ. Here E is the balance, and δ = |v| T
-      // + a T² = 0.14 mm is the predicted motion (speed v, period T, largest acceleration a). At the depth d in the
-      // wall, E + credit is therefore credit · e^(d/δ). The scaling ends (s = 1) where this reaches k d δ, with the
-      // stiffness k: at 0.45 mm for 3000 N/m, and earlier for a lower stiffness. Beyond that depth the force must be
-      // unchanged.
+      // Deeper than 0.6 mm, the force must be unchanged. This follows for the stiffness k at the depth d:
+      // 1. The controller scales the force F by s < 1 such that s F = (E + credit) / δ, where E is its balance.
+      // 2. δ = |v| T + a T² = 0.14 mm is the predicted motion, with speed v, period T and largest acceleration a.
+      // 3. E + credit therefore increases with the depth like credit · e^(d/δ).
+      // 4. The scaling ends where E + credit reaches k d δ: at 0.45 mm for 3000 N/m, and earlier for a lower stiffness.
       if (x > 6e-4 || k > 1000) {
         ASSERT_EQ(shown, f) << "k = " << stiffness << ", tick " << k;
       }

@@ -14,8 +14,10 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kStep = 0.001;
-/// Bound of the energy created in a push of five seconds. It is the sum of the balance at which the brake is firm, the
-/// leak, and the work of 6 N at 0.1 m/s while the brake dissipates a negative balance.
+/// Bound of the energy created in a push of five seconds. It is the sum of three parts:
+/// - the magnitude of the negative balance at which the brake is firm
+/// - the leak in five seconds
+/// - the work of 6 N at 0.1 m/s in the time in which the brake dissipates a negative balance
 constexpr double kMaxCreated_j = -ToolPassivityController::kMinBalance_j + 5 * ToolPassivityController::kLeakRate_w +
                                  6 * 0.1 * ToolPassivityController::kPayBack_s;
 

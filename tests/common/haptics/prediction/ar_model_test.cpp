@@ -56,8 +56,8 @@ TEST(ArModel, LeastSquaresAndBurgPredictANoiselessSinusoidToTheEnd) {
     std::array<double, 2> newest{x[299], x[298]};
     for (int t = 300; t < 310; ++t) {
       const double next = model.next(newest);
-      // The tolerance allows for two errors: the roots are limited to 0.999, and Burg's estimate for a sinusoid depends
-      // on the phase by about 1/N.
+      // The tolerance increases by 0.02 per predicted step, for two errors. The roots are limited to 0.999, and Burg's
+      // estimate for a sinusoid depends on the phase by about 1/N.
       EXPECT_NEAR(next, sine(t), 0.02 * (t - 298)) << name_of(fit);
       newest = {next, newest[0]};
     }
@@ -152,8 +152,8 @@ TEST(FinalPredictionError, FindsTheOrderThatMadeTheSeries) {
   for (const ArFit fit : kFits) {
     const auto orders = fpe_of_orders(second_order_series(1.2, -0.7, 1, 3000, 5), 10, fit, true);
     ASSERT_EQ(orders.size(), 11U);
-    // The order selected by FPE does not converge to the true order: for any N it may be too high, but hardly ever too
-    // low. Higher orders reduce the FPE only slightly.
+    // FPE (final prediction error) does not find the true order exactly. For any N it may select too high an order, but
+    // hardly ever too low an order. Higher orders reduce the FPE only slightly.
     const std::size_t best = best_order(orders);
     EXPECT_GE(best, 2U);
     EXPECT_LT(orders[2].fpe, 1.01 * orders[best].fpe);

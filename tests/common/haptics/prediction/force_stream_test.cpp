@@ -37,7 +37,7 @@ ForceStreamSettings settings_of(std::string_view name) {
   return force_stream_settings(name);
 }
 
-/// Adds a sample of `force` in every period of [0, end_s], and runs a fit after each sample.
+/// Adds a sample of `force` every kForceStreamPeriod from 0 to `end_s`, and runs a fit after each sample.
 void feed(ForceStream& stream, double end_s, const std::function<double(double)>& force) {
   for (LocalTime now{}; seconds(now) <= end_s; now += kForceStreamPeriod) {
     stream.push(now, all_axes(force(seconds(now))));
@@ -73,7 +73,8 @@ TEST(ForceStream, HoldIsTheNewestSampleHoweverOld) {
 TEST(ForceStream, LinearIsTheLineThroughTheLastTwoByTheMeasuredAge) {
   ForceStream stream(settings_of("linear"));
   for (int k = 0; k <= 20; ++k) stream.push(at_ms(5 * k), all_axes(0.1 * k));
-  // The slope is 0.02 N/ms. The samples have a range of 2 N, so the output is limited to 4 N.
+  // The slope is 0.1 N per 5 ms = 0.02 N/ms. The samples range from 0 to 2 N. The output may exceed this range by its
+  // width, so its limit is 4 N.
   EXPECT_NEAR(stream.at(at_ms(103)).f.x(), 2.06, 1e-12);
   EXPECT_NEAR(stream.at(at_ms(130)).f.y(), -2.6, 1e-12);
   EXPECT_NEAR(stream.at(at_ms(130)).t.z(), -0.78, 1e-12);
@@ -85,9 +86,10 @@ TEST(ForceStream, ASinusoidIsForeseenBetterThanByALine) {
   const double by_line = mean_error(linear, 3, sine);
   for (const char* name : {"ar", "ar-spline"}) {
     ForceStream stream(settings_of(name));
-    // Let f'' be the second derivative of the force and T the period. With exact predictions at the periods, linear
-    // interpolation between these has an error of up to f'' T²/8. The error of linear extrapolation is f'' T² u(1+u)/2,
-    // with the age u in periods.
+    // The bounds follow from two errors, with the second derivative f'' of the force, the period T and the age u in
+    // periods:
+    // - linear extrapolation: f'' T² u(1+u)/2
+    // - exact predictions at the periods, with linear interpolation between them: at most f'' T²/8
     const double bound = std::string_view(name) == "ar" ? 0.4 : 0.15;
     EXPECT_LT(mean_error(stream, 3, sine), bound * by_line) << name;
   }
@@ -183,8 +185,8 @@ TEST(ForceStream, TheBlendedSplineHasTwoContinuousDerivatives) {
   ForceStreamSettings blended = settings_of("ar-spline");
   blended.blend = milliseconds(4);
   ForceStream coarse(blended), fine(blended);
-  // For a C² curve, the change of the second derivative decreases with the step. If the value or one of the first two
-  // derivatives jumps, the change stays equal or grows.
+  // The step is ten times smaller for `fine`. For a C² curve, the change of the second derivative decreases with the
+  // step. If the value or one of the first two derivatives jumps, the change stays equal or grows.
   const double at_coarse = largest_bend_change(coarse, microseconds(50));
   const double at_fine = largest_bend_change(fine, microseconds(5));
   EXPECT_LT(at_fine, 0.2 * at_coarse);
@@ -382,14 +384,16 @@ TEST(ForceStream, NoGapCostsMoreThanAWindowOrLeavesTheRange) {
     ForceStream stream(settings_of(name));
     LocalTime sampled{};
     for (int k = 0; k < 5000; ++k) {
-      // Half of the samples are regular. The stream thus has models and running errors that a gap could damage.
+      // Half of the samples arrive regularly, so that the stream fits models and tracks their errors. An irregular gap
+      // could damage this state.
       sampled += random.uniform() < 0.5 ? kForceStreamPeriod : random_gap(random);
       const std::uint64_t before = stream.figures().resampled;
       stream.push(sampled, all_axes(random.uniform(-5, 5)), random.uniform() < 0.1);
       ASSERT_LE(stream.figures().resampled - before, stream.settings().window) << name << ", sample " << k;
       stream.fit();
       const Wrench shown = stream.at(sampled + random_gap(random));
-      // The largest axis has the range −10 to 10 N. The output may exceed this range by its width on each side.
+      // all_axes() doubles one axis, whose samples range from −10 to 10 N. The output may exceed this range by its
+      // width, 20 N, on each side.
       ASSERT_TRUE(is_finite(shown)) << name << ", sample " << k;
       ASSERT_LE(shown.f.cwiseAbs().maxCoeff(), 30 + 1e-9) << name << ", sample " << k;
     }

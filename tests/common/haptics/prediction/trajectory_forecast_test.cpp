@@ -84,8 +84,8 @@ std::vector<double> movements_and_pauses(std::uint64_t seed, int count) {
   return path;
 }
 
-/// Returns the coefficients of the least-squares prediction over the whole path: the change of x over the horizon as a
-/// function of the past of x.
+/// Returns the two coefficients that predict the change of x over the horizon from the past of x with the least squared
+/// error over the whole path.
 Eigen::Vector2d best_coefficients(const std::vector<double>& path, double horizon_s) {
   const double h = kTrajectoryForecastPeriod_s;
   const double fast_part = low_pass_part(TrajectoryForecast::kFast_hz, h);

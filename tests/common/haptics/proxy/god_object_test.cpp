@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kGodObjectRadius_m = 1e-3;
 constexpr double kGodObjectTick_s = 1e-3;
-/// Tolerance of positions [m]. An update ends when the next step would be about 1 µm.
+/// Tolerance of positions [m]: twice the step of about 1 µm at which an update ends.
 constexpr double kSettled_m = 2e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -46,7 +46,7 @@ TEST(GodObject, KeepsUpWithAHandAtOneMetrePerSecondOnAMesh) {
   drag(proxy, {-0.09, 0, -0.004}, 50);
   for (int i = 0; i < 180; ++i) {
     const std::uint8_t faults = proxy.update({-0.09 + 1e-3 * i, 0, -0.004}).faults;
-    // The initial search range suits a hand at rest. It has grown to the speed of this hand after three updates.
+    // The search range of the proxy adapts to the speed of the hand. It is wide enough after three updates.
     if (i >= 3) {
       EXPECT_EQ(faults, 0) << i;
     }
@@ -106,8 +106,9 @@ TEST(GodObject, ForceHasNoStepWhereContactBeginsAndEnds) {
   for (const CouplingLawInfo& info : coupling_laws()) {
     const auto law = info.make(given);
     for (const double speed : {0.003, 0.03, 0.1, 0.3}) {
-      // For each curve the spring's slope is at most k, and the damping force rises to b v over the depth
-      // kFullDamping_m. The sum of both slopes bounds the slope of the force.
+      // Bound of the force change per tick, for every curve. The spring's slope is at most the stiffness k. The force
+      // of the damping b at the speed v rises to b v over the depth kFullDamping_m. The sum of both slopes bounds the
+      // slope of the force.
       const double slope = given.stiffness_n_per_m + given.damping_n_s_per_m * speed / kFullDamping_m;
       const double bound = slope * speed * kGodObjectTick_s + 1e-12;
       for (const double phase : {0.0, 0.3, 0.7}) {
@@ -183,8 +184,8 @@ TEST(GodObject, OnASphereMeshIsTheProjectionUpToItsFacets) {
   const double radius = 0.03;
   const int cuts = 5;
   GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(radius, cuts))});
-  // A facet with sides of length s is s²/6R inside the sphere of radius R and tilted by up to s/(√3 R). The proxy is
-  // displaced by the tilt times the depth.
+  // Two errors of a mesh whose facets have sides of length s, for a sphere of radius R. A facet is s²/6R inside the
+  // sphere, and it is tilted by up to s/(√3 R). The tilt displaces the proxy by tilt × depth.
   const double side = radius * std::numbers::pi / 2 / (1 << cuts) * 1.5;
   const double tilt = side / (std::sqrt(3.0) * radius);
   Random random(3);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kStill = 0.6;
 constexpr double kSliding = 0.4;
-constexpr double kDepth_m = 3e-3;  ///< depth of the goal below the height at which the ball touches the plane
+constexpr double kDepth_m = 3e-3;  ///< depth of the goal below a ball that rests on the plane
 
 std::vector<ProxyObstacle> rough_planes() {
   return {with_friction(touchable(contact::half_space_field()), kStill, kSliding),
@@ -95,7 +95,7 @@ TEST(ProxyFriction, PullStaysInTheConeOnARoughSphere) {
     const Vec3 n = state.p_W.normalized();
     const Vec3 pull = state.p_W - state.goal_W;
     const double cone = state.is_sticking ? kStill : kSliding;
-    // The tolerance of the cone follows from the pull of 3 mm and the accuracy of the position, about 1 µm.
+    // Tolerance of the friction cone: the position error of about 1 µm, divided by the pull of 3 mm, is below 1e-3.
     EXPECT_LT((pull - pull.dot(n) * n).norm() / pull.dot(n), cone + 1e-3) << i;
     EXPECT_NEAR(state.p_W.norm(), 0.031, 2e-6);
   }

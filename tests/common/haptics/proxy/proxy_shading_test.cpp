@@ -31,9 +31,10 @@ double largest_turn_rad(bool is_shaded) {
 TEST(ProxyShading, ForceTurnsSmoothlyOverTheFacetsOfACoarseSphere) {
   const double facets = largest_turn_rad(false);
   const double shaded = largest_turn_rad(true);
-  // The sphere has 512 triangles, whose facets meet at angles of up to 0.2 rad. Without shading, the force jumps by
-  // most of this angle. With shading, it rotates with the hand by 0.0018 rad per step, and up to three times as fast
-  // where the interpolated normals change quickly.
+  // The sphere has 512 triangles, whose facets meet at angles of up to 0.2 rad.
+  // - Without shading, the force jumps by most of this angle.
+  // - With shading, it rotates with the hand by 0.0018 rad per step. Where the interpolated normals change quickly, it
+  //   rotates up to three times as fast.
   EXPECT_GT(facets, 0.08);
   EXPECT_LT(shaded, 3 * 5e-5 / (kProxyShadingRadius_m - 0.002));
 }
@@ -61,8 +62,8 @@ TEST(ProxyShading, KeepsTheEdgesOfACube) {
 TEST(ProxyShading, StaysAtRestForAHandAtRestInABowlDeeperThanItsRadius) {
   const geometry::TriangleMesh bowl = height_mesh(0.04, 40, [](double x, double y) { return 100 * (x * x + y * y); });
   GodObject proxy = proxy_at({0, 0, 0.02}, {touchable(bowl)}, true);
-  // At the bottom of the bowl, the radius of curvature is 5 mm. The goal is up to 12 mm below the bottom, so steps
-  // alternate in direction.
+  // The goal is 12 mm below the bottom of the bowl, farther than its radius of curvature, 5 mm. The steps of the proxy
+  // therefore alternate in direction. They must become smaller than 5 µm.
   drag(proxy, {0.0015, 0.0007, -0.012}, 200);
   for (int i = 0; i < 300; ++i) proxy.update({0.0015, 0.0007, -0.012});
   const Vec3 rest = proxy.state().p_W;

@@ -57,7 +57,7 @@ TEST(WavePlayer, PlaysAConstantWaveAsItWasSent) {
   EXPECT_LE(player.waiting_s(), 0.005) << "no more than the gap between arrivals";
 }
 
-/// Result for a random wave that a line delivers with jitter, loss and duplicates.
+/// Energies of a random wave before and after a line with jitter, loss and duplicates.
 struct Delivered {
   double in_j = 0;
   double out_j = 0;

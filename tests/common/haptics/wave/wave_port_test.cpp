@@ -33,7 +33,8 @@ struct Teleoperator {
     down.push_back(tool.sum_towards_hand());
     if (k >= delay) {
       const Duration sent = std::chrono::milliseconds(k - delay);
-      // The time stamp of a message from the tool is the newest multiple of the tool's step period.
+      // The tool sends a message in each of its steps, with the time of the step as time stamp. It arrives `delay`
+      // ticks later.
       if ((k - delay) % every == 0) hand.receive(sent, down[static_cast<std::size_t>(k - delay)]);
     }
     ++k;
@@ -72,8 +73,8 @@ struct Teleoperator {
 TEST(WaveAccount, PaysTheOutgoingWaveInClosedForm) {
   WaveAccount account;
   const Wave two{Vec3(2, 0, 0), Vec3::Zero()}, three{Vec3(3, 0, 0), Vec3::Zero()};
-  // The arriving wave had ½·4·0.1 = 0.2 J, of which the work used 0.1 J. Only 0.1 J of the requested 0.45 J is left for
-  // the outgoing wave.
+  // Energy of a wave: half of its square times the duration. The arriving wave has ½·4·0.1 = 0.2 J, of which the work
+  // has used 0.1 J. The requested wave needs ½·9·0.1 = 0.45 J, but only 0.1 J is left for it.
   const Wave out = account.settle(two, three, 0.1, 0.1);
   EXPECT_NEAR(out.f.x(), 3 * std::sqrt(0.1 / 0.45), 1e-12);
   EXPECT_NEAR(account.balance_j(), 0, 1e-12);
@@ -81,8 +82,8 @@ TEST(WaveAccount, PaysTheOutgoingWaveInClosedForm) {
   EXPECT_NEAR(account.balance_j(), -0.5, 1e-12);
 }
 
-// A hand moves arbitrarily against line and tool. Its net energy (extracted minus supplied energy) must be negative at
-// the end. Before that, it may be positive only by the energy of one period.
+// A hand moves arbitrarily against line and tool. At the end, it must have supplied more energy than it has extracted.
+// Before the end, the extracted energy may exceed the supplied energy by that of one period only.
 TEST(WaveLine, ReturnsNoMoreEnergyThanSuppliedAtAnyConstantDelay) {
   for (const int delay : {1, 15, 50, 150}) {
     for (int run = 0; run < 4; ++run) {
@@ -101,8 +102,8 @@ TEST(WaveLine, ReturnsNoMoreEnergyThanSuppliedAtAnyConstantDelay) {
         taken_j += f * v * kTick_s;
         most_j = std::max(most_j, taken_j);
       }
-      // The net energy may be positive for one period only, in which the force b v of the impedance is held while v
-      // changes by 20 m/s² · 1 ms.
+      // The hand may gain energy for one period: the force b v of the impedance b is held for a period, while the
+      // velocity v changes by 20 m/s² · 1 ms.
       EXPECT_LT(most_j, 1e-5);
       EXPECT_LT(taken_j, 0);
       EXPECT_LE(line.work_into_tool_j, -taken_j + 1e-3) << "nor does the tool's side get more";
@@ -120,13 +121,14 @@ double compliance_m_per_n(int delay) {
   return -0.004 / f;
 }
 
-// At rest, a line with the delay T stores the energy ½F² T/b of the waves in transit, like a spring with the stiffness
-// b/T.
+// A line at rest acts as a spring in series with the coupling. The waves in transit store the energy ½F² T/b, with the
+// force F, the delay T and the impedance b. A spring with the stiffness b/T stores the same energy.
 TEST(WaveLine, AtRestInContactIsTheCouplingInSeriesWithTheLinesOwnSpring) {
   const double at_1_ms = compliance_m_per_n(1), at_50_ms = compliance_m_per_n(50);
   const double b = WaveImpedance{}.linear_n_s_per_m;
   EXPECT_NEAR(at_50_ms - at_1_ms, 0.049 / b, 0.02 * 0.049 / b);
-  // The coupling has 500 N/m and the wall 5000 N/m. Each end adds further delay: a step of 5 ms, and a filter of 5 ms.
+  // Both ends together add a further delay: a step of 5 ms at the tool, and a filter of 5 ms. This delay is the rest of
+  // the compliance without coupling (500 N/m), wall (5000 N/m) and line (1 ms), times b.
   const double ends_s = (at_1_ms - (1 / 500.0 + 1 / 5000.0)) * b - 0.001;
   EXPECT_GT(ends_s, 0.004);
   EXPECT_LT(ends_s, 0.010);
@@ -182,8 +184,7 @@ TEST(WavePorts, AToolStepWithoutAFinitePoseCountsNeitherWaveNorWorkAgain) {
   const double before_j = tool.balance_j();
   const double resting_x_m = tool.move(bad, kSlack, 0.005).p.x();
   tool.settle(on_tool_W, 0.005);
-  // No wave arrives and the handle rests. Only the outgoing wave changes the balance, and it can only lower the
-  // balance.
+  // No wave arrives and the handle rests. Only the outgoing wave changes the energy balance, and it takes energy.
   EXPECT_LE(tool.balance_j(), before_j);
   EXPECT_EQ(tool.move(bad, kSlack, 0.005).p.x(), resting_x_m);
   EXPECT_EQ(tool.velocity().v.norm(), 0) << "the coupling damps against the motion of the handle";

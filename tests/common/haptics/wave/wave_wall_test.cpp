@@ -49,7 +49,7 @@ struct PressedWall {
   void step(double x_hand) {
     const Pose X_WT = tool.move({{x_hand, 0, 0}, Quat::Identity()}, coupling_parameters(), kWaveWallTick_s);
     const RigidState target{X_WT, tool.velocity()};
-    // The tool has no mass. Its position follows implicitly from the balance of coupling and wall.
+    // The tool has no mass. At its new position, the forces of coupling and wall must balance.
     const double stretch = 500 * target.X.p.x() + 2 * target.V.v.x() + 2 / kWaveWallTick_s * x_tool;
     double x_next = stretch / (500 + 2 / kWaveWallTick_s);
     if (x_next > 0.005) x_next = (stretch + 5000 * 0.005) / (500 + 2 / kWaveWallTick_s + 5000);
@@ -95,9 +95,9 @@ TEST(WavePorts, TheSameWaveAgainIsNotCountedTwice) {
     x = tool.move({}, slack, kWaveWallTick_s).p.x();
     tool.settle({}, kWaveWallTick_s);
   }
-  // Without a force, the velocity is V = u √(2/b). A wave u with the integral 0.005 √W·s therefore moves the handle by
-  // 2.24 mm. The tolerance allows for the filter, which still contains a fraction of e⁻⁴, and for the drift correction,
-  // which has removed 4 %.
+  // Without a force, the wave u moves the handle with the velocity u √(2/b), with the impedance b. The integral of u is
+  // 0.005 √W·s, so the handle moves by 2.24 mm. The tolerance allows for two losses: the filter still contains a
+  // fraction of e⁻⁴, and the drift correction has removed 4 %.
   const double b = WaveImpedance{}.linear_n_s_per_m;
   EXPECT_NEAR(x, 0.005 * std::sqrt(2 / b), 0.08 * 0.005 * std::sqrt(2 / b));
 }

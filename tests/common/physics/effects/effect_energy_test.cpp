@@ -57,7 +57,7 @@ class ClosedPath {
   std::vector<Wave> waves_;
 };
 
-/// Work of the effect along a path, Σ F_k · (x_{k+1} − x_k), and its largest value on the way.
+/// Work of the effect along a path, Σ F_k · (x_{k+1} − x_k): at the end (net), and its largest value on the path.
 struct Work {
   double net_j = 0;
   double highest_j = 0;
@@ -149,8 +149,8 @@ TEST(EffectEnergy, PassiveEffectsNeverSpeedUpAFreeTool) {
   }
 }
 
-/// Returns the energy that a tool could recover: its kinetic energy plus that of the spring. A spring stretched beyond
-/// breakaway counts with its energy at breakaway.
+/// Returns the energy that a tool can recover: its kinetic energy plus the energy of the spring of stick-slip. If the
+/// spring is stretched beyond the breakaway force, only its energy at that force counts.
 double with_spring_j(const SteppedTool& tool, const StickSlip& model) {
   const double k = tool.memory.stiffness_n_per_m;
   const double pull_n = std::min(k * (tool.p - tool.memory.anchor_E).norm(), model.breakaway_force_n);
@@ -246,7 +246,8 @@ double texture_work_j(const std::function<double(bool is_uphill)>& press) {
 
 TEST(EffectEnergy, TextureIsConservativeOnlyAtConstantPressure) {
   EXPECT_NEAR(texture_work_j([](bool) { return 1.0; }), 0, 1e-12);
-  // The tool moves down by 2a (a: height of the texture) with 1 N and up by 2a with 0.5 N. It gains the difference.
+  // A texture of the height a = 0.2 mm. The tool moves down by 2a while it presses with 1 N, and up by 2a while it
+  // presses with 0.5 N. It gains the difference of the two works.
   EXPECT_NEAR(texture_work_j([](bool is_uphill) { return is_uphill ? 0.5 : 1.0; }), 0.5 * 2 * 2e-4, 1e-8);
 }
 

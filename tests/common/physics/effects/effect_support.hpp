@@ -24,7 +24,8 @@ inline EffectSettings effect_with(const EffectModel& model) {
   return settings;
 }
 
-/// Returns settings that limit the effect to a ball with a radius of 2 cm. A magnet keeps its own range.
+/// Returns settings of an effect whose region is a ball with a radius of 2 cm. A magnet has no region but its own
+/// range.
 inline EffectSettings ball_with(const EffectModel& model) {
   EffectSettings settings = effect_with(model);
   if (!std::holds_alternative<Magnet>(model)) settings.region = SphereRegion{0.02};
@@ -46,7 +47,8 @@ inline Vec3 random_vec3(Random& random, double magnitude) {
 }
 
 inline double magnet_potential_j(const Magnet& magnet, const Vec3& p) {
-  // Depth U₀ of the potential. The force 6 U₀/R s (1 − s²)² is largest at s = 1/√5.
+  // Depth U₀ of the potential. It follows from the peak of the force 6 U₀/R s (1 − s²)², which is at s = 1/√5. R is the
+  // range, and s the distance from the core divided by R.
   const double depth_j = magnet.peak_force_n * magnet.range_m / 6 * 25 * std::sqrt(5.0) / 16;
   const Vec3 half = magnet.core_size_m / 2;
   const double s2 = ((p - p.cwiseMax(-half).cwiseMin(half)) / magnet.range_m).squaredNorm();

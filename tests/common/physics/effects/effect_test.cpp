@@ -94,8 +94,8 @@ TEST(Effect, FadesWithoutAJumpAtTheEdgesOfItsRegion) {
       last = f;
     }
     EXPECT_GT(largest, 0.1) << name_of(model) << " had no force";
-    // The steepest effect changes by 2.3 N within 5 mm, with a slope of up to 700 N/m, which is 7e-4 N per step. A jump
-    // of the force would exceed the bound.
+    // The steepest effect has a slope of up to 700 N/m, so a step changes its force by 7e-4 N. A jump of the force
+    // would exceed the bound.
     EXPECT_LT(largest_jump, 2e-3) << name_of(model);
     EXPECT_EQ(last, Vec3::Zero()) << name_of(model) << " reaches beyond its region";
   }
@@ -135,7 +135,8 @@ TEST(Viscosity, IsExactAtConstantSpeedAndStopsALightToolInsteadOfTurningIt) {
   const Effect effect(effect_with(Viscosity{5, 0}));
   EXPECT_LT((force_at(effect, Vec3::Zero(), {0.2, 0, 0}) - Vec3(-1, 0, 0)).norm(), 1e-15);
   SteppedTool tool;
-  tool.mass_kg = 0.003;  // b h/m = 1.7: without the limit of the damping, the tool would reverse
+  // b h/m = 1.7 (damping b, step h, mass m). Without a limit of the damping, the tool would reverse.
+  tool.mass_kg = 0.003;
   tool.v = {0.2, 0, 0};
   tool.step(effect);
   EXPECT_LT(tool.v.norm(), 1e-15);
@@ -171,8 +172,8 @@ TEST(Magnet, ForceIsTheSlopeOfABoundedPotentialAroundPointLineAndPlate) {
         const Vec3 delta = kDelta_m * Vec3::Unit(axis);
         slope[axis] = (magnet_potential_j(magnet, p + delta) - magnet_potential_j(magnet, p - delta)) / (2 * kDelta_m);
       }
-      // If the nearest point moves across an edge of the core, the second derivative of the potential jumps by at most
-      // k = 233 N/m.
+      // Tolerance of the finite difference. The core's nearest point may move across an edge of the core. There the
+      // second derivative of the potential jumps by at most k = 233 N/m.
       EXPECT_LT((force_at(effect, p) + slope).norm(), 233 * kDelta_m);
     }
   }
@@ -242,8 +243,8 @@ TEST(StickSlip, SlowDragIsASawtoothWithTheClosedFormOfTheAnchorsWork) {
   double highest = 0, work_j = 0;
   int snaps = 0;
   double last = 0;
-  // The spring of 500 N/m reaches the breakaway force of 1 N after 1/500 m. A slip leaves 0.4 N, so the next slips
-  // follow at intervals of (1 − 0.4)/500 m.
+  // The spring of 500 N/m reaches the breakaway force of 1 N after 1/500 m. Then the tool slips until the spring has
+  // 0.4 N. The next slips follow at intervals of (1 − 0.4)/500 m.
   constexpr int kSteps = 195000;
   for (int i = 0; i < kSteps; ++i) {
     input.p_OT.x() = kStep_m * i;

@@ -200,8 +200,9 @@ TEST(PoseCheck, FindsNoMissedContactBetweenSmallPegAndBox) {
   EXPECT_LE(check.deepest_error_max_m, kDeepestErrorBound_m) << "pose " << check.worst_pose << " of seed 7";
 }
 
-// Beyond the contact budget, one contact represents several points and is at their mean position. The mean may be far
-// from the deepest of them, so the check must compare with each point.
+// If there are more contacts than the budget, one contact represents several points and lies at their mean position. It
+// may be far from the deepest of these points. Fails if the check compares only the mean position and thus reports
+// missed contacts.
 TEST(PoseCheck, AContactThatStandsForSeveralPointsIsAtEachOfThem) {
   const TouchObject ball = make_touch_object("ball", mesh_from("sphere", "--a", 0.1, 1), SteadyClock{});
   const PoseCheck check = check_poses(ball, ball, 10, 7, {}, 24);
@@ -209,8 +210,8 @@ TEST(PoseCheck, AContactThatStandsForSeveralPointsIsAtEachOfThem) {
   EXPECT_EQ(check.missed_poses, 0U);
 }
 
-// A vertex has pierced a face. The face may be deeper in the other body than any vertex or edge, and the check must
-// detect this.
+// The corner of one body pierces the face of a thin plate. The face is then deeper in the other body than any vertex or
+// edge of the plate. Fails if the check compares only vertices and edges.
 TEST(PoseCheck, KnowsHowDeepAFaceIsThatACornerIsThrough) {
   geometry::TriangleMesh thin = make_cube(0.1);
   for (Vec3& p : thin.vertices) p.z() *= 0.0012;

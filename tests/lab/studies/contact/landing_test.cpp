@@ -49,8 +49,10 @@ TouchTrace bounces(double speed_m_per_s, double harder) {
 TEST(Landing, AnUndampedSpringLosesContactRepeatedlyAndCreatesNoEnergy) {
   const TouchFigures figures = quick_figures_of({bounces(0.1, 1)});
   EXPECT_GT(figures.separations, 1U);
-  // The spring with the stiffness k returns the energy that it stored: ½ k d² = ½ m v² + 1 N · (1 mm + d). The tool of
-  // mass m arrives with the speed v, is pressed with 1 N from a height of 1 mm, and reaches the depth d = 3 mm.
+  // The spring returns the energy that it stored, ½ k d² = ½ m v² + 1 N · (1 mm + d) = 4.5 mJ.
+  // * k: stiffness of the spring
+  // * m, v: mass and initial speed of the tool, which is pressed with 1 N from a height of 1 mm
+  // * d = 3 mm: depth that the tool reaches
   const double taken_j = 4.5e-3;
   EXPECT_NEAR(figures.contact_returned_j, taken_j, 0.02 * taken_j);
   EXPECT_LT(figures.contact_created_j, 0.02 * taken_j);
@@ -75,8 +77,9 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
     const TouchFigures& figures = landing.figures;
     const double damping = 2 * 0.7 * std::sqrt(landing.stiffness_n_per_m * kMass_kg);
     EXPECT_NEAR(landing.stop_force_n, landing.speed_m_per_s * (damping + landing.stiffness_n_per_m * kStep_s), 1e-12);
-    // The step in which the surfaces meet brings the cube to the surface, and the next step stops it. One of these
-    // steps contains at least half of the change of force.
+    // Stopping the cube takes two steps of the simulation: the first one ends with the cube at the surface, the second
+    // one stops it. The change of force is divided between both steps. Therefore the larger part is at least half of
+    // it.
     const double ratio = figures.hand_force_step_max_n / landing.stop_force_n;
     EXPECT_GT(ratio, 0.5) << landing.name;
     EXPECT_LT(ratio, 1 + 1e-6) << landing.name;
@@ -95,8 +98,8 @@ TEST(Landing, OfACubeOnItsFaceIsStoppedAsByARigidStop) {
 
 TEST(Landing, OfACubeMetBesideItsCentreTurnsAsFastAsARigidStopTurnsIt) {
   const TouchObject& cube = landed_cube();
-  // Only the edge next to x = −8 mm hits. The rotation is fastest for a lever arm of a/√6, where a is the edge of the
-  // cube.
+  // The cube is hit only on a strip of its lower face, centred at x = −8 mm in its frame. This lever arm is close to
+  // a/√6 = 8.2 mm (a: edge of the cube), with which a stop causes the fastest rotation.
   const double lever_m = 0.008, gyration_m = kEdge_m / std::sqrt(6.0);
   TouchSettings settings;
   settings.coupling.stiffness_n_per_m = 1e-6;  // so soft that the tool moves freely

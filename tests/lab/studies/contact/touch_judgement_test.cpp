@@ -45,9 +45,9 @@ TEST(ExactOverlap, SeesCrossedEdgesWhereNoCornerIsInside) {
   const double overlap_m = 1e-3;
   const Pose X_WA{Vec3(0, 0, 2 * diagonal_m - overlap_m), above};
   const double deepest = deepest_overlap_m(cube, X_WA, cube, {Vec3::Zero(), below});
-  // The upper cube's lowest edge lies `overlap_m` below the lower cube's highest edge, whose faces slope by 45°. The
-  // depth is largest directly below the crossing. Edge samples are 0.05 mm apart, so the depth that is found may be
-  // smaller by the slope times half of this distance.
+  // The lowest edge of the upper cube is `overlap_m` below the highest edge of the lower cube. The faces at these edges
+  // slope by 45°, so the depth is overlap_m · √½, directly at the crossing of the edges. Edge samples are 0.05 mm
+  // apart. The nearest one may be 0.025 mm from the crossing, where the depth is smaller.
   EXPECT_LE(deepest, overlap_m * std::sqrt(0.5) + 1e-12);
   EXPECT_GE(deepest, (overlap_m - 2.5e-5) * std::sqrt(0.5));
   EXPECT_FALSE(overlap_points(cube, X_WA, cube, {Vec3::Zero(), below}).empty());

@@ -85,8 +85,9 @@ TEST(WallThickness, OfAHollowBallIsTheGapBetweenItsFacesDownToAMicrometre) {
 TEST(WallThickness, OfAWedgeIsThatOfAllButTwoHundredthsOfItsSurface) {
   const double height_m = 0.02, length_m = 0.1;
   const TriangleMesh wedge = prism({{0, -height_m / 2}, {length_m, 0}, {0, height_m / 2}}, 1.0);
-  // The wedge has the angle α at its tip. At a distance s from the tip along a slanted side, the thickness
-  // perpendicular to this side is s·tan α. The two end faces, 1 m apart, have 0.9 % of the area.
+  // The wedge has the angle α at its tip. At the distance s from the tip along a slanted side, its thickness
+  // perpendicular to this side is s·tan α. Its thinnest wall is the 2 % quantile, i.e. the thickness at the s for which
+  // 2 % of the area is nearer to the tip.
   const double slant_m = std::hypot(length_m, height_m / 2), alpha = 2 * std::atan2(height_m / 2, length_m);
   const double area_m2 = 2 * slant_m + height_m + length_m * height_m;
   EXPECT_NEAR(thinnest_of(wedge), 0.02 * area_m2 / 2 * std::tan(alpha), 2e-5);

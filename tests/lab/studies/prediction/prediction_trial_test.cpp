@@ -28,12 +28,13 @@ TEST(PredictionTrial, HoldOnARampErrsByItsMeanAge) {
   const ForceSeries ramp = series_of(1, [](double t) { return 3 * t; });
   haptics::ForceStream hold(haptics::force_stream_settings("hold"));
   const PredictionErrors errors = predict_series(ramp, hold);
-  // At a slope of 3 N/s, each age of 0, 1, 2, 3 and 4 ms occurs 200 times. The last tick, number 1000, adds another age
-  // of 0 ms.
+  // The force rises by 3 N/s, and its samples are sent every 5 ms and held. Thus the error of a tick is 3 N/s times the
+  // age of its sample. The ages 0, 1, 2, 3 and 4 ms occur 200 times each (mean 2 ms). The last tick adds a 201st age of
+  // 0 ms.
   EXPECT_NEAR(errors.force.mean, 3e-3 * 2 * 1000 / 1001, 1e-9);
   EXPECT_NEAR(errors.force.largest, 0.012, 1e-9);
-  // The ages have a uniform distribution over 0, 1, 2, 3 and 4 ms, whose variance is 2 ms². The slope 3 N/s makes it 18
-  // µN².
+  // The variance of the ages 0, 1, 2, 3 and 4 ms is 2 ms². Multiplied by the square of the slope 3 N/s, it gives the
+  // variance of the error, 1.8e-5 N².
   EXPECT_NEAR(errors.force.variance, 9e-6 * 2, 5e-8);
   EXPECT_NEAR(errors.step_max_n, 0.015, 1e-9);
   EXPECT_EQ(errors.stream.samples, 201U);
@@ -51,8 +52,8 @@ TEST(PredictionTrial, ADelayIsAnAge) {
 }
 
 TEST(PredictionTrial, AChangeBetweenTwoSentSamplesIsSentWithTheNextOne) {
-  // The noise is 0.1 N and the step is 0.8 N, eight times the noise. The predictor is reset by a step of 12 times the
-  // noise, or of 5 times the noise after a flagged contact change. Only the flag can therefore cause a reset here.
+  // The force steps by 0.8 N, eight times its noise of 0.1 N. Such a step resets the predictor only if a contact change
+  // is flagged: the threshold is then 5 times the noise, and 12 times without a flag.
   Random random(5);
   ForceSeries series = series_of(1, [&](double t) { return 0.1 * random.normal() + (t < 0.502 ? 0 : 0.8); });
   haptics::ForceStream plain, flagged;

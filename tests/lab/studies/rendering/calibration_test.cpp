@@ -104,9 +104,9 @@ TEST(CouplingTrial, RoughnessGrowsWithStiffnessAndWithTheEncoderStep) {
 }
 
 TEST(CouplingTrial, ASoftTurningSpringIsNotTurnedPastHalfATurn) {
-  // The trial loads the coupling with 0.3 of sigma.7's torque limit. This torque would rotate a spring of 1/64 N·m/rad
-  // by 3.3 rad. Beyond π the spring pulls in the opposite direction; that jump must not count as roughness of the
-  // coupling.
+  // The trial presses with 0.3 times the torque limit of the device sigma.7. This torque would rotate a soft spring of
+  // 1/64 N·m/rad by 3.3 rad. Beyond π rad, a rotational spring pulls in the opposite direction. Fails if the trial
+  // rotates the spring so far: the jump of the torque would count as roughness.
   const CouplingTrial sigma(devices::find_device_profile("sigma.7"), true, {});
   const double inertia = 8e-6;
   EXPECT_LT(sigma.roughness({1.0 / 64, 5e-4}, inertia), sigma.roughness({0.25, 5e-4}, inertia));
@@ -150,9 +150,9 @@ TEST(Calibration, StopsJustBelowAStiffnessThatWouldBreakARule) {
     EXPECT_LE(point.roughness, point.roughness_allowed);
     if (point.limited_by != "quiet") continue;
     ++quiet;
-    // The bisection searches the smallest stiffness whose roughness is above the bound, with the damping of the first
-    // search. It stops within 3 % of this stiffness: 64^(1/128) = 1.033. Just above it, the roughness scatters by some
-    // 10 %.
+    // The calibration must have found the largest stiffness with permitted roughness. Its bisection stops within 3 % of
+    // this stiffness (64^(1/128) = 1.033), and roughness scatters by about 10 %. Therefore the test evaluates the
+    // roughness at larger stiffness values, with the damping that the search used for them.
     const double share = settings.stiffness_share_of_roughness;
     const auto roughness = [&](double factor) {
       return trial.roughness({factor * point.best.stiffness, std::sqrt(factor) * point.first_damping}, point.inertia);
@@ -202,10 +202,11 @@ TEST(Calibration, RotationIsCalibratedWhereThereIsTorque) {
       });
   EXPECT_EQ(progress, 1);
   ASSERT_TRUE(calibration.rotation);
-  // The device is so soft that its encoder does not limit the stiffness. Therefore a tool of 20 g with an inertia I =
-  // 8e-6 kg·m² must get the maximum stiffness, k = 0.3 N·m/rad. The damping that settles fastest in continuous time is
-  // 1.4 √(k I). The tried damping values are 8 % apart, and sampling with the period T = 1 ms shifts the best by about
-  // k T.
+  // The maximum stiffness of the device, k = 0.3 N·m/rad, is so small that encoder noise does not limit it. Therefore
+  // the lightest tool (20 g, inertia I = 8e-6 kg·m²) must get this stiffness.
+  //
+  // In continuous time, the damping with the fastest settling is 1.4 √(k I). The result may differ for two reasons: the
+  // tried damping values are 8 % apart, and sampling with the period T = 1 ms shifts the best value by about k·T.
   const haptics::CouplingParameters most = devices::coupling_bounds(calibration.profile);
   ASSERT_EQ(calibration.rotation->points.size(), 1U);
   const CalibrationPoint& point = calibration.rotation->points.front();

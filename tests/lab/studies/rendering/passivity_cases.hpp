@@ -15,8 +15,8 @@ namespace tandem::lab {
 inline constexpr std::array kToolMasses_kg{0.02, 0.2, 2.0};
 /// Tested stiffness values, as fractions of the largest stiffness that the device can display.
 inline constexpr std::array kStiffnessShares{0.05, 0.25, 0.5, 1.0};
-/// Damping values in units of k T, with the stiffness k and the period T. The value k T is the smallest damping that
-/// dissipates the energy created by sampling. 0 selects the default of a scene without a damping value.
+/// Damping values as multiples of k·T (stiffness times period). k·T is the smallest damping that dissipates the energy
+/// which sampling generates. The value 0 stands for the default damping of a scene.
 inline constexpr std::array kDampings{1.0, 2.0, 0.0};
 /// Upper bound for the energy created from the start of a run up to any later time.
 inline constexpr double kMaxCreated_j = 10e-6;

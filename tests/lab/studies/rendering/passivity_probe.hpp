@@ -17,8 +17,8 @@
 
 namespace tandem::lab {
 
-/// Returns a path that starts at rest and continues through random waypoints within human reach, slightly rotated. The
-/// waypoints lead into the plane, along it, and off it.
+/// Returns a path of a hand that starts at rest and passes through random waypoints. Their distances and rotations are
+/// those of a human hand. The path leads into the plane, along the plane, and away from it.
 inline devices::HandPath random_path(std::uint64_t seed, double length_s) {
   Random random(seed, 1);
   std::vector<devices::WayPoint> points{{Duration(0), Pose{}, 0, ""}};
@@ -57,7 +57,7 @@ struct DriverLimits {
   double speed_per_s = 0.1;
   double acceleration_per_s2 = 10;
   double decision_s = 0.05;  ///< minimum time between changes of direction
-  double rashness = 0.2;     ///< fraction of decisions that are random
+  double rashness = 0.2;     ///< fraction of the decisions that the driver makes at random instead of by the force
   double reach = 0.02;       ///< largest distance from the start
 };
 /// Limits of a human hand: at most one new direction in 50 ms, 10 m/s² in translation, 200 rad/s² in rotation.
@@ -71,8 +71,9 @@ inline DriverLimits tick_limits(DriverWay way) {
                                     : DriverLimits{0.05, 100, 0.001, 0.2, 0.005};
 }
 
-/// Moves the handle along one coordinate so as to gain energy. It moves with the force while the force exceeds its
-/// recent mean, and against the force while the force is below the mean. Some decisions are random.
+/// Moves the handle along one coordinate such that it gains energy. It moves with the force while the force is above
+/// its recent mean, and against the force while it is below. Thus it receives more work from the large forces than it
+/// does against the small ones. Some decisions are random.
 class Driver {
  public:
   Driver(const DriverLimits& limits, std::uint64_t seed, double period_s)
@@ -121,8 +122,9 @@ inline HandRigTick pressed_down(HandRig& rig, const HandRigSettings& settings) {
 struct DrivenWork {
   double from_rest_j = 0;  ///< W counted from the first tick, at which the hand is at rest
   double reported_j = 0;   ///< same as from_rest_j, but computed from the positions that the device reports
-  /// W counted from the start of the driver. For motion along the plane, the handle is pressed down before that start.
-  /// The energy stored by this press cannot be extracted by motion along the plane.
+  /// W counted from the time at which the driver begins. Before it begins to move along the plane, the handle is
+  /// pressed into the plane, and the work of this press does not count. The energy that the press stores cannot be
+  /// extracted by motion along the plane.
   double from_start_j = 0;
 };
 
@@ -153,8 +155,9 @@ inline DrivenWork least_driven_work(const HandRigSettings& settings, DriverWay w
   return least;
 }
 
-/// Returns the smallest W of a hand that exploits laws that switch between two force curves. Four times the hand moves
-/// slowly inwards on the soft curve and outwards on the stiff curve.
+/// Returns the smallest W of a hand that gains energy from a law that switches between two force curves. Four times the
+/// hand moves slowly inwards, against the smaller force of one curve, and then outwards, with the larger force of the
+/// other curve.
 inline double least_stroke_work_j(const HandRigSettings& settings) {
   HandRig rig(settings, devices::named_hand_path("rest"));
   const double step_m = 0.05 / settings.rate_hz;

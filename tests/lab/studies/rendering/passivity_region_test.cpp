@@ -156,9 +156,9 @@ TEST(PassivityRegion, HoldsWithThePassivityControllerForDriversWhoTurnEveryTickW
 }
 
 TEST(PassivityRegion, OfTheReportedPositionsIsWhatThePassivityControllerKeepsBehindTheEncoder) {
-  // The passivity controller computes its energy balance from encoder positions, so a driver that changes direction in
-  // every tick gains slightly more by motion within an encoder step. Therefore the work for the true positions is
-  // printed, but not tested.
+  // The passivity controller computes the energy from encoder positions. Motion within an encoder step is invisible to
+  // it, so a driver that changes direction in every tick can extract slightly more than it computes. Therefore the test
+  // requires passivity for the reported positions. The work for the true positions is only printed.
   const ControlledWork least = least_of_controlled_drivers(Encoder::kOfProfile);
   least.real.print("with passivity controller, drivers that turn every tick, encoder, true positions");
   expect_passive(least.reported,

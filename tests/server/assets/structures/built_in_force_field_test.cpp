@@ -32,7 +32,8 @@ TEST(BuiltInForceField, IsTheDefaultIfThePackageIsMissing) {
 }
 
 TEST(BuiltInForceField, TypesAminoAcidsCapsAndLigandsByElementWithoutCharges) {
-  // test::residue_text puts the atoms in a row, so that a hydrogen is bonded to the atom before it.
+  // test::residue_text places each hydrogen beside the atom that precedes it in the list, so that the hydrogen counts
+  // as bonded to this atom.
   const test::PdbFile file(test::residue_text("ACE", "C O CH3", 1) + test::residue_text("CYS", "N H CA C O SG", 2) +
                            test::residue_text("HIE", "N CA HA C O", 3) + test::residue_text("ZN", "ZN", 4) +
                            test::residue_text("LIG", "C1 XX", 5));

@@ -45,8 +45,8 @@ TEST(RealPairs, HaveTheEnergiesAndForcesOfLammps) {
     for (const std::string_view kernel : docking::MolecularField::available_kernels()) {
       const docking::FieldResult result = docking::MolecularField(a, b, model, kernel).evaluate(Pose{});
       EXPECT_NEAR(result.lennard_jones_kj_per_mol, lennard_jones, 1e-5 * std::abs(lennard_jones)) << kernel << line;
-      // Charges of both signs give large terms that cancel, each with a rounding error of single precision. Terms of
-      // about 10^6 kJ/mol leave an error of about 0.003 kJ/mol.
+      // Tolerance of the electrostatic energy. Its positive and negative terms are large and almost cancel, but their
+      // rounding errors in single precision remain. Terms of about 10^6 kJ/mol leave an error of about 0.003 kJ/mol.
       const double rounded = 1e-5 * std::abs(lennard_jones) + 1e-6 * std::abs(coulomb);
       EXPECT_NEAR(result.coulomb_kj_per_mol, coulomb, rounded) << kernel << line;
     }

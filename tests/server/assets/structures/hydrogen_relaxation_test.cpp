@@ -1,4 +1,5 @@
-// Tests which of the built hydrogens that overlap are moved, and how far. All other atoms must keep their positions.
+// Tests the relaxation of built hydrogens: only hydrogens that overlap other atoms are moved, and only as far as
+// necessary. All other atoms must keep their positions.
 #include "server/assets/structures/hydrogen_relaxation.hpp"
 
 #include <gtest/gtest.h>
@@ -174,7 +175,8 @@ PreparedStructure rewritten(const PreparedStructure& from, const Pose& X, std::m
   }
   for (BuiltGroup& group : to.groups) {
     group.residue = static_cast<std::size_t>(std::ranges::find(order, group.residue) - order.begin());
-    // The stored position of the carrier atom must equal the position of this atom in the structure bit by bit.
+    // A group is matched to its carrier atom by equal coordinates. They must be equal bit by bit, so both are
+    // transformed in the same way.
     for (const PdbAtom& atom : from.chains[order[group.residue]].atoms) {
       if (atom.position_angstrom == group.carrier_angstrom) group.carrier_angstrom = X * atom.position_angstrom;
     }
@@ -264,7 +266,8 @@ std::size_t clashes_between(const PreparedStructure& a, const PreparedStructure&
 
 TEST(HydrogenRelaxation, OfPiecesPressedTogetherClashesBecomeFewAndTheOrderDoesNotMatter) {
   TANDEM_NEEDS_FILES(test::kOplsDirectory, kUbiquitin);
-  // In a real interface, the nearest heavy atoms are 2.6 to 3 Å apart, with hydrogens between them.
+  // Gap between the heavy atoms of the two pieces, as in a real interface: there it is 2.6 to 3 Å, with hydrogens
+  // between.
   constexpr double kGapAngstrom = 2.8;
   constexpr int kTrials = 30;
   std::mt19937 random(static_cast<std::uint32_t>(test::test_seed(1)));

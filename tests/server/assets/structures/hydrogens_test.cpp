@@ -59,8 +59,8 @@ TEST_F(Ubiquitin, EveryBuiltHydrogenIsWhereGromacsPutsIt) {
     const auto found = expected.find(name + " of " + residue);
     if (!name.starts_with('H')) continue;
     ASSERT_NE(found, expected.end()) << report.places[i];
-    // The golden file gives positions in nm with three decimals, so positions agree within 0.002 Å unless a hydrogen
-    // was moved.
+    // The golden file has positions in nm with three decimals. Built hydrogens that were not moved therefore agree
+    // within 0.002 Å.
     const double apart = (molecule.positions_angstrom[i] - found->second).norm();
     if (apart >= 0.002) ++moved;
     // Hydrogens that overlap atoms of other residues are moved, by less than 0.3 Å.
@@ -76,8 +76,8 @@ TEST_F(Ubiquitin, UnitedAtomsKeepTheChargeAndTheMassAndOnlyPolarHydrogens) {
   const docking::Molecule all = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kBuild);
   const docking::Molecule united = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kUnited);
   EXPECT_NEAR(total(united.charge_e), total(all.charge_e), 1e-9);
-  // The masses are those of the force field. It gives an aromatic CH the mass of the carbon alone, so the masses of 16
-  // hydrogens are missing: those of one TYR, two PHE and one HIS.
+  // United atoms have the masses of the force field. For an aromatic CH, the force field gives the mass of the carbon
+  // only. The expected sum therefore lacks the masses of 16 hydrogens: those of one TYR, two PHE and one HIS.
   EXPECT_NEAR(total(united.mass_u), total(all.mass_u) - 16 * 1.008, 0.01);
   std::size_t hydrogens = 0;
   for (std::size_t i = 0; i < united.size(); ++i) {
@@ -104,7 +104,8 @@ TEST_F(Ubiquitin, HydrogensOfTheFileAreReplaced) {
   EXPECT_GT(farthest, 0.01);
 }
 
-/// Detects an implementation that follows GROMACS's rule literally: one of the hydrogens would be only 0.66 Å from CD.
+/// Fails for an implementation that follows GROMACS's rule literally: one hydrogen on the proline's N would be only
+/// 0.66 Å from the ring atom CD.
 TEST(BuiltHydrogens, OfAProlineThatBeginsAChainAreAwayFromItsRing) {
   const std::filesystem::path protease = "/usr/share/pymol/data/tut/1hpv.pdb";
   TANDEM_NEEDS_FILES(test::kOplsDirectory, protease);
@@ -125,8 +126,8 @@ TEST(BuiltHydrogens, OfAProlineThatBeginsAChainAreAwayFromItsRing) {
 
 TEST(BuiltHydrogens, AreLeftOutWhereAnAtomIsMissing) {
   TANDEM_NEEDS_FILES(test::kOplsDirectory);
-  // The atoms are collinear and CB is missing. Perpendicular directions are therefore undefined, and a division by zero
-  // would give positions that are not finite.
+  // CB is missing, and all given atoms are collinear, so no perpendicular direction is defined. An implementation that
+  // divides by zero here would give positions that are not finite.
   const test::PdbFile file(test::residue_text("ALA", "N CA C O", 1) + test::residue_text("GLY", "N CA C O", 2));
   StructureReport report;
   const docking::Molecule molecule = load_molecule(file.path(), {}, test::kOplsDirectory, Hydrogens::kBuild, &report);

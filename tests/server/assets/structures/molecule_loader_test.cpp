@@ -61,7 +61,7 @@ struct ResidueCase {
   std::string name;
   std::string atoms;  ///< atom names of the remediated PDB format
   double charge_e;
-  std::string probe;  ///< atom whose type is known from the force field's table
+  std::string probe;  ///< name of the atom whose type is compared with `type`
   std::string type;
 };
 
@@ -158,7 +158,7 @@ TEST_F(OplsLoader, AChainCutOutOfALongerOneIsNotCharged) {
   EXPECT_NEAR(total_charge(molecule), 0.0, 1e-9);
 }
 
-/// Returns two cysteines without HG, with a distance of `distance` between their sulfurs.
+/// Returns two cysteines whose sulfurs have no hydrogen (HG) and are `distance` apart [Å].
 std::string cysteines(double distance, char second_chain) {
   test::PdbLine sulfur = {.name = " SG ", .residue = "CYS", .number = 1, .z = 30};
   std::string text = test::residue_text("CYS", "N H CA HA CB HB2 HB3 C O", 1) + test::to_text(sulfur);

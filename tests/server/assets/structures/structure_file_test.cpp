@@ -242,8 +242,8 @@ TEST_P(RealStructure, HasAnExactEntryForNinetyEightOfAHundredAtoms) {
   ASSERT_EQ(report.places.size(), molecule.size());
   std::size_t inexact = 0;
   for (const auto& [atom, why] : molecule.guessed) {
-    // An uncertain choice of the protonated nitrogen of a histidine is not counted. Its parameters are an exact entry
-    // of the force field for either choice.
+    // Counts atoms without exact parameters. If only the choice of the protonated nitrogen of a histidine was
+    // uncertain, the parameters are exact for either choice, so such atoms are not counted.
     if (why.find("neither HD1 nor HE2") == std::string::npos) ++inexact;
   }
   EXPECT_LE(static_cast<double>(inexact), 0.02 * static_cast<double>(molecule.size()))

@@ -263,7 +263,8 @@ TEST(Hydrogens, MisplacedOnesAreRemovedAndBuiltAnew) {
 
 TEST(Histidines, CarryTheirHydrogenWhereAnAcceptorIsNearAndNotWhereAMetalIs) {
   const auto ring = [](const std::string& near, double x, double y) {
-    // A ring in the plane z = 0. ND1 is on the side of −x, NE2 on the side of +x.
+    // Ring atoms of a histidine in the plane z = 0. The nitrogen ND1 is on the side of −x, the nitrogen NE2 on the side
+    // of +x.
     std::string text;
     const auto add = [&text](const char* name, double ax, double ay) {
       text += test::to_text({.name = name, .residue = "HIS", .x = ax, .y = ay});
@@ -305,7 +306,8 @@ TEST(Nucleotides, UseTheBlocksOfAForceFieldThatContainsThem) {
 TEST(Nucleotides, FromFilesBefore2007AreRecognised) {
   const std::filesystem::path folder = test::kOplsDirectory.parent_path() / "amber99sb.ff";
   TANDEM_NEEDS_FILES(folder);
-  // The last nucleotide is a pyrimidine. Its O2 must not be mistaken for an oxygen at the end of a protein chain.
+  // The second nucleotide is a pyrimidine with an atom O2. O2 must not be mistaken for an oxygen at the end of a
+  // protein chain.
   const auto chain = [](const std::string& phosphate, const std::string& methyl, const std::string& prefix) {
     const std::string sugar = "O5' C5' H5' H5'' C4' H4' O4' C1' H1' ", end = " C3' H3' C2' H2' H2'' O3'";
     std::string first = sugar + "N9 C8 H8 N7 C5 C6 N6 H61 H62 N1 C2 H2 N3 C4" + end;
@@ -318,7 +320,8 @@ TEST(Nucleotides, FromFilesBefore2007AreRecognised) {
   const docking::Molecule today = load_text(chain("P OP1 OP2 ", "C7", "D"), folder.string());
   std::string old_text = chain("P O1P O2P ", "C5M", "");
   for (std::size_t at = 0; (at = old_text.find('\'', at)) != std::string::npos;) {
-    // Only the primes of heavy atoms become asterisks. Hydrogens are recognised by the atoms to which they are bonded.
+    // Old files have asterisks in place of primes. Names of hydrogens with two primes are kept, because hydrogens are
+    // recognised by the atoms to which they are bonded.
     if (old_text[at - 1] != '\'' && old_text[at + 1] != '\'') old_text[at] = '*';
     ++at;
   }

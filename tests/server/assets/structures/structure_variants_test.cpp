@@ -251,7 +251,8 @@ void write_hetatm(Lines& lines, Random& random) {
   }
 }
 
-/// Writes serial numbers of six digits, which shift the columns after them to the right.
+/// Writes serial numbers that reach six digits, which are one column too wide. From there on, all other columns are
+/// shifted to the right.
 void drift_columns(Lines& lines, Random& random) {
   int serial = 99'990 - static_cast<int>(random() % 50);
   for (std::string& line : lines) {
@@ -298,12 +299,12 @@ void add_equal_alternates(Lines& lines, Random& random) {
 }
 
 enum class Keeps {
-  kEnergy,   ///< the atoms are the same, so the energy must equal that of the original file
-  kIsNamed,  ///< atoms differ or are chosen arbitrarily, so a change of the energy must be reported
+  kEnergy,   ///< the atoms stay the same: the energy must equal that of the original file
+  kIsNamed,  ///< the atoms differ or are chosen arbitrarily: a changed energy must be reported
 };
 
-/// A change of a file. At most one variant of each stage is applied, in the order of the stages. A stage does not
-/// change the columns that later stages need.
+/// One way to change a file. Changes are applied in the order of their stages, at most one of each stage. A change must
+/// keep the columns that changes of later stages need.
 struct Variant {
   const char* name;
   void (*change)(Lines&, Random&);
@@ -340,7 +341,7 @@ constexpr std::array kVariants = std::to_array<Variant>({
     {"some lines shifted", shift_some_lines, 5, Keeps::kIsNamed},
 });
 
-/// Returns whether one variant removes columns that the other variant writes.
+/// Returns whether two variants cannot be combined, because one of them removes columns that the other one writes.
 bool exclude_each_other(const Variant& one, const Variant& other) {
   const auto has_alternates = [](const Variant& v) {
     return v.change == add_alternates || v.change == add_equal_alternates;

@@ -116,9 +116,9 @@ class RealComplex : public testing::Test {
     return load_molecule(file, {{chain}}, test::kOplsDirectory, hydrogens);
   }
 
-  /// Checks that a complex that is written and read back has the energy of the original. To first order, rounded
-  /// coordinates change the energy by the force times the rounding error. The bound is twice this product, to cover the
-  /// second order.
+  /// Checks that a complex has the same energy after it is written and read back. To first order, rounded coordinates
+  /// change the energy by the force times the rounding error. The bound is twice this product, because of the second
+  /// order.
   static void expect_reads_back(const std::string& ending, Hydrogens hydrogens, const Pose& X_AB, double rounding) {
     const Molecule a = load(test::k3al1File, "A", hydrogens), b = load(test::k3al1File, "B", hydrogens);
     const fs::path file = written("", ending);
@@ -273,7 +273,8 @@ TEST(ComplexWriter, UsesMmcifForContentThatPdbCannotHold) {
 }
 
 TEST(ComplexWriter, HoldsTheLargestPdbAndRefusesTheNextAtom) {
-  // The PDB format numbers atoms and chain ends together, so each of them needs a serial number.
+  // The PDB format has serial numbers of five digits for atoms and chain ends together. The largest complex therefore
+  // has 99,999 of both.
   Molecule receptor = many_atoms(99'996);
   EXPECT_EQ(pdb_message(receptor), "");
   add_atom(receptor, "C", "C", "LIG", "9999", "A", Vec3::Zero());
