@@ -22,7 +22,7 @@ namespace tandem::client {
 /// Thread      haptic, except where stated: no allocation, no throw after construction
 class RenderingSlot {
  public:
-  /// In      first  stage of the first rendering, which has no models
+  /// In      first  stage of the first rendering. This rendering has neither a local model nor a proxy world
   explicit RenderingSlot(std::unique_ptr<Stage> first);
 
   /// Offers a rendering that is used from the next tick on. Returns false if it is not accepted; the caller then keeps

@@ -88,8 +88,9 @@ void ClosedFormContacts::carry_bristles(std::span<const ContactPoint> before, st
 }
 
 // Transfers the bristles (friction state) from the contacts of the last find() to contacts with the same id. Newly
-// added area has no bristle. A contact that shrinks first loses its ring, the area that was added last. Area that
-// presses all the time thus keeps its friction even if the force fluctuates.
+// added area has no bristle. The area of a contact consists of a core and of a ring that was added later (see
+// ClosedFormContacts). When the area shrinks, the ring is reduced first. Area that presses all the time thus keeps its
+// friction even if the force fluctuates.
 void ClosedFormContacts::carry_each(std::span<const ContactPoint> before, std::span<ContactPoint> now,
                                     const Eigen::Matrix3d& turn) noexcept {
   std::size_t i = 0;

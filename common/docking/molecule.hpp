@@ -1,5 +1,6 @@
-// A rigid molecule for the field: atom positions, Lennard-Jones parameters, charges. This folder uses the units Å,
-// kJ/mol and e; physics::MolecularForces converts them to metres and newtons.
+// A rigid molecule, as the force field between two molecules (MolecularField) requires it: atom positions,
+// Lennard-Jones parameters, charges. This folder uses the units Å, kJ/mol and e; physics::MolecularForces converts them
+// to metres and newtons.
 #pragma once
 
 #include <cstddef>
@@ -50,8 +51,8 @@ struct Molecule {
 /// Fails   throws std::invalid_argument if an atom has no name or residue
 std::vector<std::size_t> residue_starts(const Molecule& molecule);
 
-/// Checks that the field kernels are valid for the molecule. Refused are arrays of unequal length, coordinates that are
-/// not finite or beyond 1e6 Å, σ other than 0 or 0.1 … 20 Å, ε outside 0 … 1e4 kJ/mol, and charges beyond 100 e.
+/// Checks that the field kernels are valid for the molecule. Invalid are: arrays of unequal length, coordinates that
+/// are not finite or beyond 1e6 Å, σ other than 0 or 0.1 … 20 Å, ε outside 0 … 1e4 kJ/mol, and charges beyond 100 e.
 ///
 /// Fails   throws std::invalid_argument naming the atom, the value and the range
 void validate(const Molecule& molecule);

@@ -1,5 +1,5 @@
-// See safety.hpp. The start ramp, silences and faults share a single gain, so that no sequence of them causes a step of
-// force.
+// See safety.hpp. The start ramp, periods without server states (silences) and faults share a single gain. No sequence
+// of them can therefore cause a step of force.
 #include "common/haptics/safety.hpp"
 
 #include <algorithm>

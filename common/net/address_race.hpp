@@ -24,7 +24,7 @@ enum class AttemptFailure : std::uint8_t {
   kUnreachable,  ///< there is no route, or this machine cannot use the address
   kTimedOut,     ///< the host did not answer in time
   kUntrusted,    ///< a program answered, but it did not prove to be the expected server
-  kLost,         ///< the connection was lost before it was set up
+  kLost,         ///< the connection was lost before its set-up was complete
   kOther         ///< any other error of the operating system
 };
 

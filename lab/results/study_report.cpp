@@ -295,8 +295,8 @@ Headline headline_of(const std::vector<SeedGroup>& groups, const Sweep& sweep) {
   return result;
 }
 
-/// Returns " (k of n trials)": only k of the n trials at the compared x (Headline::at) have a value of the metric. The
-/// text is empty if all have one.
+/// Returns the text " (k of n trials)" if only k of the n trials at the compared x (Headline::at) have a value of the
+/// metric. Returns an empty text if all of them have one.
 std::string share_with_value(const Headline& headline, const std::vector<SeedGroup>& groups, std::size_t with_value) {
   std::size_t all = 0;
   for (const SeedGroup& group : groups) all += headline.sweep.of(*group.front()) == headline.at ? group.size() : 0;

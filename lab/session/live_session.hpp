@@ -28,9 +28,11 @@ namespace tandem::lab {
 
 /// Timing quality of one client.
 struct LiveUserTiming {
-  std::uint64_t ticks = 0;    ///< ticks of the haptic thread since the hands started
-  std::uint64_t skipped = 0;  ///< number of rows that repeat the previous tick, because their millisecond had none
-  std::uint64_t lost = 0;     ///< number of records lost because the ring buffer was full
+  std::uint64_t ticks = 0;  ///< ticks of the haptic thread since the hands started
+  /// Number of rows of the trace that repeat the previous tick. A row stands for one millisecond; it repeats the
+  /// previous tick if no tick ran in that millisecond.
+  std::uint64_t skipped = 0;
+  std::uint64_t lost = 0;  ///< number of records lost because the ring buffer was full
   client::HapticLoopReport loop;
 };
 

@@ -1,4 +1,4 @@
-// Location of a value in a scene file. All refusals name it in the same form.
+// Location of a value in a scene file. Error messages about invalid scenes name it in the same form.
 #pragma once
 
 #include <cstddef>
@@ -31,8 +31,8 @@ class SceneField {
   const std::string& name() const { return field_; }
   /// Throws SceneError "<file>: <field> <text>".
   [[noreturn]] void refuse(const std::string& text) const;
-  /// Refuses a number outside [low, high]. Used for limits that depend on other fields, which `demand` describes in
-  /// words.
+  /// Throws SceneError if a number is outside [low, high]. Used for limits that depend on other fields, which `demand`
+  /// describes in words.
   void require_within(double value, double low, double high, const std::string& demand) const;
 
  private:

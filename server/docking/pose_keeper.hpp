@@ -1,9 +1,12 @@
 // Saved poses of two molecules. On request of a user, the relative pose of the molecules is saved, or the molecules are
 // moved back to a saved or earlier pose. Saved poses are stored as a list and as structure files.
 //
-//   room threads ──one mailbox each: poses──▶ pose thread: slices of work for each room in turn (fair_turns.hpp);
-//   io thread ──one ring per room: requests─▶   │          energies, files, rest poses of the molecules (pose_site.hpp)
-//             ◀──one ring: answers, commands that move a molecule──┘
+//   room threads ──poses (one mailbox each)─────────────────────────────▶ pose thread
+//   io thread    ──requests (one ring per room)─────────────────────────▶ pose thread
+//   io thread    ◀──answers, commands that move a molecule (one ring)──── pose thread
+//
+// The pose thread computes energies, writes files and detects rest poses of the molecules (pose_site.hpp). It does a
+// slice of work for each room in turn (fair_turns.hpp).
 #pragma once
 
 #include <cstddef>

@@ -46,7 +46,7 @@ struct PoseAnswer {
   std::uint64_t id = 0;  ///< id of the answered request; 0 for a progress report of a minimisation
   UserId user;
   wire::ServerControl message;
-  std::optional<RoomCommand> placing;  ///< command that moves a molecule; its seat is not set
+  std::optional<RoomCommand> placing;  ///< command that moves a molecule; the receiver fills in RoomCommand::seat
 };
 
 class PoseSite final : public RoomWatcher {

@@ -2,7 +2,7 @@
 //
 //   threads that step rooms                 io thread (run())
 //   Room::answer() ──mailboxes, rings──▶     SessionHub::poll(): sends updates and answers
-//        └──────── eventfd ─────────▶       wakes up from sleep after one or a few consecutive answers of rooms
+//        └──────── eventfd ─────────▶       wakes if it sleeps and new states are ready or expected soon
 //   ◀──mailboxes, rings──                   SessionHub::on_…: receives bytes and datagrams from the sockets
 #pragma once
 

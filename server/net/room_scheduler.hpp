@@ -36,9 +36,13 @@ struct RoomTiming {
 ///   scene may take long. A room without users sleeps.
 /// * Steps: a step is answered at its deadline (Room::answer()). It is finished (Room::finish()) when no other room of
 ///   the thread is about to be due.
-/// * Priorities: all room threads run at one SCHED_FIFO priority. While the steps of every thread take at most 250 us,
-///   the io thread (io) has a lower priority, so that it does not interrupt a step. After two consecutive steps of more
-///   than 500 us in one room, io has a higher priority for 100 ms. Otherwise all other rooms would wait for io.
+/// * Priorities: all room threads run at one SCHED_FIFO priority. The io thread (io) has a lower or a higher one:
+///   - Lower, while the mean steps of the rooms of each thread together take at most 250 us. Then io does not interrupt
+///     a step.
+///   - Higher, if the steps of some thread take longer, or if the server has only one core. Otherwise all other rooms
+///     would wait for io. share() decides this.
+///   - Higher at once, after two consecutive steps of more than 500 us in one room.
+///   - A higher priority lasts for at least 100 ms.
 /// * Overload: if the rooms together need more than the cores provide, some rooms lose their real-time priority
 ///   (share_realtime()). Only the users of these rooms are delayed. The rooms regain the priority after a second within
 ///   the limit.

@@ -228,7 +228,7 @@ TEST(SimDevice, TremorHasTheStatedStrengthAndBand) {
   HandParameters hand;
   hand.tremor_rms_n = 0.2;
   hand.tremor_hz = 9;
-  // At 9 Hz a force F moves the hand like a free mass m on a weak spring: x ≈ −F/(m ω²), with the angular frequency ω.
+  // The device does not report the tremor force. The test computes it from the motion of the hand.
   SimDevice device = resting_hand(hand, 7);
   double force_square_sum = 0;
   std::vector<double> x;
@@ -236,7 +236,7 @@ TEST(SimDevice, TremorHasTheStatedStrengthAndBand) {
   Vec3 last_v = Vec3::Zero();
   for (int i = 0; i < kTicks; ++i) {
     const DeviceSample sample = device.read(LocalTime(milliseconds(i)));
-    // Force computed from the motion: F = m a + B v + K x, with the mass, the damping and the stiffness of the hand.
+    // Equation of motion of the hand: F = m a + B v + K x, with its mass, damping and stiffness.
     const Vec3 force = 0.3 * (sample.V_DH.v - last_v) / 1e-3 + HandParameters{}.damping_n_s_per_m * sample.V_DH.v +
                        200 * sample.X_DH.p;
     last_v = sample.V_DH.v;

@@ -1,6 +1,7 @@
-// Passes the states of a real session to a client of each stage, with falsified times, steps, sequence numbers, counts,
-// ids and numbers (timeline.hpp). The states take the same path through the client as received states. In addition to
-// the checks of FuzzedClient, the force must be zero if no accepted state is younger than the silence limit.
+// Fuzz test of the client's stages. It passes the states of a real session to a client of each stage, with falsified
+// times, steps, sequence numbers, counts, ids and numbers (timeline.hpp). The states take the same path through the
+// client as received states. In addition to the checks of FuzzedClient, the force must be zero if no accepted state is
+// younger than the silence limit.
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>

@@ -1,4 +1,5 @@
-// Writes the seeds for embed_fuzz: correct programs, in the encoding that embed_fuzz reads (call_script.hpp).
+// Writes the seeds for embed_fuzz: valid sequences of calls of the C interface, in the encoding that embed_fuzz reads
+// (call_script.hpp).
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -11,7 +12,7 @@ namespace {
 
 using tandem::fuzz::Call;
 
-/// Bytes that CallReader reads back.
+/// Encodes calls as bytes, which CallReader decodes.
 class CallWriter {
  public:
   CallWriter& call(Call function) { return byte(static_cast<std::uint8_t>(function)); }

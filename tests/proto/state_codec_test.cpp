@@ -258,7 +258,8 @@ TEST(ServerUpdateCodec, ReadsBackEveryField) {
   ASSERT_EQ(read.bodies.size(), 2U);
   EXPECT_EQ(read.bodies[0].id, BodyId{2}) << "the held body must be first";
   EXPECT_EQ(read.bodies[0].held_by, UserId{3});
-  expect_same(read.bodies[0].state, written.bodies[1].state, 1e-6);  // single precision, below 4 m/s and 4 rad/s
+  // The tolerance is the error of single precision at velocities below 4 m/s and 4 rad/s.
+  expect_same(read.bodies[0].state, written.bodies[1].state, 1e-6);
   EXPECT_EQ(read.bodies[1].id, BodyId{7});
   EXPECT_EQ(read.bodies[1].held_by, UserId{});
   expect_same(read.bodies[1].state, written.bodies[0].state, 1e-7);

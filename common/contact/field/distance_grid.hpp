@@ -25,10 +25,10 @@ class BrickLattice;
 /// Model   1. Samples are exact; between them, interpolation is trilinear. The gradient is that of the interpolant, so
 ///            that the force is the gradient of one potential.
 ///         2. Where bricks of different resolution meet, the border samples of the finer brick are interpolated from
-///            the coarser one. The distance is thus continuous in the whole band.
-///         3. Beyond the band, distance_m() is a lower bound that accounts for the interpolation error. sample()
-///            returns the interpolated distance, whose slope is useful to predict contact. Therefore |distance_m()| ≤
-///            |sample().distance_m|.
+///            the coarser one. Up to the distance band_m() from the surface, the distance is therefore continuous.
+///         3. Farther away than band_m(), the magnitude of distance_m() is a lower bound that accounts for the
+///            interpolation error. sample() returns the interpolated distance itself, because its slope is useful to
+///            predict contact. Therefore |distance_m()| ≤ |sample().distance_m|.
 ///         4. For a point outside the lattice, sample() starts at the nearest point of the lattice's border and moves
 ///            along the gradient to the surface. It returns the distance of the given point from the surface point
 ///            found
@@ -67,8 +67,8 @@ class DistanceGrid final : public DistanceField {
   std::size_t brick_count(int cells) const;                     ///< number of bricks with `cells`³ cells
   std::size_t memory_bytes() const;
 
-  /// Appends the grid to `bytes`, compressed without loss: build() has already rounded all values to values that have
-  /// codes.
+  /// Appends the grid to `bytes`. The compression is lossless, since build() has already rounded all samples to values
+  /// that the format represents exactly.
   void write(std::vector<std::uint8_t>& bytes, int packing_level) const;
   /// Reads bytes that write() wrote and removes them from `bytes`. Returns null for any other bytes, or if the grid
   /// needs more memory than `limit_bytes`. Every count, index and number is checked, so malicious files are safe.

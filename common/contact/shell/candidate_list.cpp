@@ -68,7 +68,8 @@ bool CandidateList::remove_points_of(std::uint32_t node, bool is_fine) noexcept 
   return true;
 }
 
-// Returns the number of contacts that a node needs for a second and further planes below it.
+// Returns the number of additional contacts that a node above several planes needs: one set for each plane after the
+// first.
 std::size_t CandidateList::more_contacts_of(std::uint32_t node, PlaneSet planes) const {
   const auto count = static_cast<std::size_t>(std::popcount(planes));
   return count < 2 ? 0 : (count - 1) * least_contacts_of(shell_->nodes[node]);

@@ -25,13 +25,15 @@ class CandidateList {
   void bind(const PointShell& shell, std::uint32_t capacity) noexcept;
   void clear() noexcept;
 
-  /// Adds the near points of a leaf. Returns false if their contacts would exceed the capacity.
+  /// Adds the points of a leaf that are nearer than the band. Returns false if their contacts would exceed the
+  /// capacity.
   ///
   /// In      is_fine  true: each near point is a separate candidate
   ///         must     used only if is_fine is false; true: the points are merged in any case, even if this reduces
   ///         their force
   bool add(const LeafSamples& leaf, double band_m, bool is_fine, double rigid_depth_m, bool must) noexcept;
-  /// Adds a flat node that is above `planes` of the field. Returns false if its contacts would exceed the capacity.
+  /// Adds a flat node that lies over `planes`, flat faces of the other shape. Returns false if its contacts would
+  /// exceed the capacity.
   bool add_planes(std::uint32_t node, PlaneSet planes) noexcept;
   /// Removes the candidates that represent points of a node, so that the caller can add the whole node as one
   /// candidate. If the node's contacts would exceed the capacity, removes nothing and returns false.
@@ -52,9 +54,11 @@ class CandidateList {
   std::uint32_t largest_capacity_ = 0;
   std::uint32_t capacity_ = 0;
   std::vector<ShellCandidate> candidates_;
-  std::size_t contacts_ = 0;       ///< number of contacts that the candidates need; at most capacity_
-  std::size_t more_contacts_ = 0;  ///< contacts for a second and further planes below nodes; not included in contacts_
-  std::size_t near_count_ = 0;     ///< estimated number of near points; a flat node counts as many as its contacts
+  std::size_t contacts_ = 0;  ///< number of contacts that the candidates need; at most capacity_
+  /// Additional contacts of the nodes above several planes: one set for each plane after the first. Not included in
+  /// contacts_.
+  std::size_t more_contacts_ = 0;
+  std::size_t near_count_ = 0;  ///< estimated number of near points; a flat node counts as many as its contacts
 };
 
 }  // namespace tandem::contact

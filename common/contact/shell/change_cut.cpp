@@ -106,8 +106,8 @@ bool ShellCandidates::join_pairs() noexcept {
   return is_any_joined;
 }
 
-// Joins pairs of nodes that are far beyond the band. After a shell has moved past many obstacles, its cut has many
-// small far nodes. They need no queries, but they occupy entries that near nodes may need.
+// Replaces pairs of halves that are far beyond the band by their parents. After a shell has moved past many obstacles,
+// its cut has many small far nodes. They need no queries, but they occupy entries that near nodes may need.
 void ShellCandidates::join_far() noexcept {
   const auto& nodes = shell_->nodes;
   std::size_t size = 0;

@@ -1,9 +1,14 @@
-// Data of the cut through a shell's tree: its entries, its parts, and the state of one traversal. Terms: the tree
-// divides the shell's points; each inner node has two halves (children). The *cut* is a set of nodes that together
-// contain each point once. A *walk* traverses the cut once. A *leaf* is a node whose points are sampled singly. A
-// *sampled* node is a leaf of which only eight points are sampled. *Dividing* replaces a sampled node by its children.
-// A node *above planes* lies over flat faces of the other shape. The *band* is the distance below which points are
-// near.
+// Data of the cut through a shell's tree: its entries, its parts, and the state of one traversal. The tree divides the
+// shell's points; each inner node has two halves (children). Terms:
+// * Cut: a set of nodes that together contain each point once. The first cut is that of the first search after bind().
+// * Walk: one traversal of the cut.
+// * Level: determines the size of leaves (level_policy.hpp).
+// * Leaf: a node whose points are sampled singly.
+// * Sampled node: a leaf of which only eight points are sampled.
+// * Dividing: replacing a sampled node by its children.
+// * Node above planes: a node that lies over flat faces (planes) of the other shape.
+// * Band: distance below which points count as near.
+// * Pressing point: a point inside the other shape, that is, at a negative distance.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +27,8 @@ struct CutNode {
   std::uint32_t node = 0;
   /// The node must be queried again when accumulated motion + band reaches this value.
   float query_again_at_m = 0;
-  /// Planes below the node, valid until its next query. If there are any, query_again_at_m is compared with the
-  /// accumulated motion alone, without the band.
+  /// Planes above which the node lies, valid until its next query. If there are any, query_again_at_m is compared with
+  /// the accumulated motion alone, without the band.
   PlaneSet planes = 0;
   LeafLags lags = {};    ///< for each point of a sampled leaf: additional motion until its next query
   bool is_leaf = false;  ///< true: the node is used as a leaf, and its points were sampled
@@ -43,11 +48,12 @@ struct CutNode {
 struct CutPart {
   std::uint32_t node = 0;  ///< root of the subtree
   std::uint32_t begin = 0, count = 0;
-  double moved_m = 0;               ///< accumulated motion: upper bound of the approach of the part's points
-  double step_motion_m = 0;         ///< motion of the last step, which is included in moved_m
-  double query_again_at_m = 0;      ///< least query_again_at_m of the part's nodes
-  double halves_check_at_m = 0;     ///< accumulated motion at the next check for halves to join above planes
-  double halves_check_after_m = 0;  ///< motion between that next check and the one after it
+  double moved_m = 0;           ///< accumulated motion: upper bound of the approach of the part's points
+  double step_motion_m = 0;     ///< motion of the last step, which is included in moved_m
+  double query_again_at_m = 0;  ///< least query_again_at_m of the part's nodes
+  /// Accumulated motion at the next check for two halves of a node that is above planes. The node replaces the halves.
+  double halves_check_at_m = 0;
+  double halves_check_after_m = 0;  ///< motion between that check and the one after it
   bool has_open_question = false;   ///< true: a plane query was omitted; the next check queries the whole part again
   bool waits_for_rest = false;      ///< true: the next check is postponed until the part moves slowly, or has moved far
   bool has_sampled = false;         ///< true: some nodes of the part may be sampled (by eight of their points)
@@ -62,7 +68,8 @@ struct WalkState {
   std::uint32_t query_limit = 0;     ///< limit of work.queries()
   std::uint32_t divide_queries = 0;  ///< remaining queries for dividing sampled nodes
   std::uint32_t divide_points = 0;   ///< points queried by dividing
-  bool may_check_halves = false;     ///< true: one part may still be checked in this walk (see halves_check_at_m)
+  /// True: one part may still be checked in this walk for halves that their parent can replace (see halves_check_at_m).
+  bool may_check_halves = false;
 
   // The following members belong to the part that is being traversed.
   std::uint32_t root = 0;     ///< root of the part

@@ -17,7 +17,7 @@ struct MeanSums {
   Vec3 place = Vec3::Zero(), gradient = Vec3::Zero();
 };
 
-/// Parameters of next_queries(), common to all points of a leaf.
+/// Parameters of next_queries() that are common to all points of a leaf.
 struct QueryBounds {
   double moved_m, least_band_m, before_m, farthest_m, error_m;
 };
@@ -199,7 +199,8 @@ void LeafSamples::add_joined(double band_m, double rigid_depth_m, bool must,
       return;
     }
   }
-  // If there are both candidates, the one with a gap gets the id of the last point, so that the ids differ.
+  // If the leaf gives both a pressing candidate and one with a gap, the latter gets the id of the last point. The ids
+  // then differ.
   if (presses) {
     press.distance_m *= coherence;
     if (press.gradient_F.isZero()) press.gradient_F = Vec3::UnitZ();

@@ -14,7 +14,7 @@
 
 namespace tandem::contact {
 
-/// Lag of each point of a leaf: additional motion, after the leaf's bound is used up, until this point must be sampled
+/// Lag of each point of a leaf: additional motion, beyond the bound of the leaf, after which this point must be sampled
 /// again. The unit is kLagStep_m; lags are rounded down. The largest value also stands for all larger lags.
 using LeafLags = std::array<std::uint8_t, kShellLeafPoints>;
 inline constexpr double kLagStep_m = 8e-6;
@@ -41,7 +41,8 @@ class LeafSamples {
   std::size_t size() const { return size_; }
   std::uint32_t queries() const { return queries_; }
   double distance_m(std::size_t k) const { return samples_(static_cast<Eigen::Index>(k), 0); }
-  /// Returns the bound of the leaf: the accumulated motion at which one of its points may come into the least band.
+  /// Returns the bound of the leaf: the accumulated motion at which one of its points may become nearer than
+  /// `least_band_m`, the narrowest band so far.
   ///
   /// In      moved_m   accumulated motion now
   ///         before_m  value of the previous bound, to which `lags` are relative; for points that were not sampled in
@@ -54,9 +55,9 @@ class LeafSamples {
   /// Adds each near point as a candidate. If all points are near, equally deep and have the same gradient, one
   /// candidate represents them all.
   void add_points(double band_m, std::vector<ShellCandidate>& candidates) const;
-  /// Adds one candidate for all pressing points, with their force and moment, and a second one for the near points that
-  /// do not press. In three cases merging would lose force, and each point becomes a candidate: around an edge, in a
-  /// thin wall, or if only some of the pressing points are deeper than `rigid_depth_m`.
+  /// Adds one candidate for all pressing points (inside the other shape), with their force and moment, and a second one
+  /// for the other near points. In three cases merging would lose force, and each point becomes a candidate: around an
+  /// edge, in a thin wall, or if only some of the pressing points are deeper than `rigid_depth_m`.
   ///
   /// In      must  true: pressing points are merged in these three cases, too
   void add_joined(double band_m, double rigid_depth_m, bool must, std::vector<ShellCandidate>& candidates) const;

@@ -1,4 +1,4 @@
-// Chooses the level of the search: how large the nodes are whose points become candidates. The decisions depend only on
+// Chooses the level of the search, that is, the size of the nodes that are used as leaves. The decisions depend only on
 // counts of queries, points and contacts, never on time. SEARCH.md and cut_node.hpp define the terms.
 #pragma once
 
@@ -66,9 +66,10 @@ class LevelPolicy {
   SearchPhase phase() const { return phase_; }
   bool is_fine() const { return level_ == kFineLevel; }
   bool is_first_cut() const { return phase_ == SearchPhase::kFirstCut; }
-  /// Returns whether a coarser search is impossible: the level is the coarsest, and no node of it was divided.
+  /// Returns whether a coarser search is impossible: the level is the coarsest, and no node was divided at this level.
   bool is_coarsest() const { return level_ == coarsest_level_ && phase_ != SearchPhase::kDividing; }
-  /// Returns whether the level is the coarsest, even if nodes of it were divided. At this level, each part is one leaf.
+  /// Returns whether the level is the coarsest, even if nodes were divided at this level. At this level, each part is
+  /// one leaf.
   bool is_coarsest_level() const { return level_ == coarsest_level_; }
   /// Returns whether the level began in this step.
   bool is_new_level() const { return steps_at_level_ <= 1; }
@@ -86,7 +87,8 @@ class LevelPolicy {
   /// Returns the number of queries that a step may use to divide sampled nodes. If a finer level needs more queries
   /// than this, dividing continues in the following steps.
   std::uint32_t queries_to_divide(const SearchLoad& load) const;
-  /// Returns whether far nodes are joined in this step. If so, the interval until the next joining begins.
+  /// Returns whether far nodes are joined (replaced by their parents) in this step. If so, the interval until the next
+  /// joining begins.
   bool begins_to_join_far(std::size_t cut_size) noexcept;
 
   /// Returns whether the last steps had too many queries.

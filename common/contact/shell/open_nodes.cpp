@@ -39,12 +39,12 @@ bool ShellCandidates::open(std::uint32_t root, double root_nearest_m, double mov
   return true;
 }
 
-// Samples those points of a leaf that may be near, according to their bounds. Returns false if the cut, the list of
-// candidates or the limit of queries is exceeded.
+// Samples those points of a leaf that may be nearer than the band, according to their bounds. Returns false if the cut,
+// the list of candidates or the limit of queries is exceeded.
 bool ShellCandidates::open_leaf(const CutNode& entry, double moved_m, double band_m) noexcept {
   const ShellNode& node = shell_->nodes[entry.node];
-  // A leaf with more points than those of level 0 is represented by eight samples. These suffice until some point of
-  // the leaf may press; divided_at_m is the motion at which that is possible.
+  // A leaf with more points than a leaf of level 0 is represented by eight samples. These suffice until some point of
+  // the leaf may come nearer to the surface than kSearch.may_press_m. divided_at_m is the bound for that motion.
   double divided_at_m = std::numeric_limits<double>::infinity();
   if (!node.is_leaf && node.count > levels_.leaf_points(0)) {
     const double nearest = nearest_m(node);

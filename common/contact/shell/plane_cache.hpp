@@ -1,4 +1,5 @@
-// Cache of plane queries: for each flat node of a shell, the planes of the other shape's field that are below it.
+// Cache of plane queries. A plane query finds the planes of the other shape's field above which a flat node of the
+// shell lies.
 #pragma once
 
 #include <array>
@@ -12,9 +13,10 @@
 
 namespace tandem::contact {
 
-/// For each flat node, stores the planes below it and the accumulated motion until which this result is valid. A plane
-/// query of a grid takes microseconds. To bound their cost, the new queries of a step may read only a limited number of
-/// entries of the field's table of planes.
+/// For each flat node, stores the planes above which it lies, and the accumulated motion until which this result is
+/// valid. A plane query of a grid takes microseconds. To bound their cost, the new queries of a step may read only a
+/// limited number of entries of the field's table of planes.
+///
 /// Thread  any, one at a time; no allocation after construction
 class PlaneCache {
  public:
@@ -30,8 +32,8 @@ class PlaneCache {
   /// Returns whether the limit has prevented the query of a node since begin_part().
   bool has_open_question() const { return has_open_question_; }
 
-  /// Returns the planes below a node, with the accumulated motion until which they are valid. The set is empty if the
-  /// node is above no plane, or if it was not queried because of the limit.
+  /// Returns the planes above which a node lies, with the accumulated motion until which they are valid. The set is
+  /// empty if the node is above no plane, or if it was not queried because of the limit.
   ///
   /// In      moved_m  accumulated motion of the node's part
   CutNode planes_below(std::uint32_t index, double moved_m, const ShellMotion& motion) noexcept;

@@ -13,16 +13,17 @@ namespace tandem::contact {
 struct SearchSettings {
   // Levels.
 
-  /// Distance below which a node may press before its next query [m]. The leaves of such nodes are finer.
+  /// A node nearer to the surface than this distance may be pressed into the other shape before its next query [m]. The
+  /// leaves of such nodes are finer.
   double may_press_m = 2e-4;
-  /// The leaves of nodes that may press are as small as those of far nodes at a level lower by this number. At levels
-  /// up to this number, they have 8 points.
+  /// The leaves of nodes that may be pressed into the other shape (see may_press_m) are as small as the leaves of far
+  /// nodes at a level lower by this number. At levels up to this number, they have 8 points.
   int finer_where_pressed = 4;
   /// Usual number of queries of a step, as a multiple of the capacity: 1 for each point, and 0.3 for the tree nodes
   /// above the points.
   double queries_per_candidate = 1.3;
-  /// Band above which the motion counts as fast [m]. In fast motion few bounds are still valid in the next step, and
-  /// most near points do not press.
+  /// Band above which the motion counts as fast [m]. In fast motion, few bounds are still valid in the next step. Most
+  /// near points are then not yet in contact.
   double wide_band_m = 1e-3;
   /// Number of consecutive steps with too many queries that are tolerated. The next such step begins a coarser level.
   std::uint32_t max_dense_steps = 4;
@@ -30,9 +31,9 @@ struct SearchSettings {
   /// level has equally small leaves near the surface. The second one applies if that level has larger leaves and would
   /// lose accuracy.
   double query_margin = 1.3, query_margin_else = 2;
-  /// Limits of the queries of one walk, as multiples of the usual queries of a step. The first is for a usual step, the
-  /// second for the first step at a coarser level, the third for a first cut. They bound the duration of the slowest
-  /// step. A wide band doubles them.
+  /// Limits of the queries of one walk (traversal of the cut), as multiples of the usual queries of a step. The first
+  /// is for a usual step, the second for the first step at a coarser level, the third for the first walk of a new pair.
+  /// They bound the duration of the slowest step. If the band is wider than wide_band_m, the limits are doubled.
   std::uint32_t walk_queries = 4, new_level_queries = 8, first_cut_queries = 16;
 
   // Trials of a finer level.
@@ -73,9 +74,9 @@ struct SearchSettings {
   /// Two nodes are joined if the bounds of both exceed the band by this distance [m]. With 1 mm, a mesh with needles
   /// among needles stayed at a coarse level, and its greatest depth was 0.78 mm; with 0.3 mm, it was 0.57 mm.
   double join_beyond_m = 3e-4;
-  /// Two far halves of a node are joined if the bounds of both allow a further motion of this fraction of the node's
-  /// radius. The margin is needed because the node's ball is larger than those of its halves, but must be far, too. The
-  /// fraction falls to zero as the cut fills up, and is zero for the first cut.
+  /// The two halves of a node are replaced by the node if the bounds of both allow a further motion of this fraction of
+  /// the node's radius. The margin is needed because the node's ball is larger than those of its halves, and must be
+  /// farther than the band, too. The fraction falls to zero as the cut fills up, and is zero for the first cut.
   float join_at = 0.5F;
 
   // Motion.
@@ -86,33 +87,34 @@ struct SearchSettings {
   /// Largest motion in a step that counts as slow [m]; 0.02 m/s at 1 kHz. Cached planes are then valid for five to ten
   /// steps.
   double slow_m = 2e-5;
-  /// Motion of a part between two checks for pairs of halves that one node above planes can replace [m]: first and
-  /// largest value. For example, small nodes that have passed a groove can become one large node again. A step checks
-  /// at most one part, and share_of() spreads the checks over the steps. The motion doubles after a check that joined
-  /// too little. The largest value is used if plane queries were omitted in fast motion.
+  /// Motion of a part between two checks [m]: first and largest value. A check looks for two halves of a node that is
+  /// above planes, and replaces them by that node. For example, small nodes that have passed a groove can become one
+  /// large node again. A step checks at most one part, and share_of() spreads the checks over the steps. The motion
+  /// doubles after a check that joined too little. The largest value is used if plane queries were omitted in fast
+  /// motion.
   double halves_check_motion_m = 4e-3, max_halves_check_motion_m = 16e-3;
 
   // Plane queries.
 
-  /// Flat nodes with more points than this are queried for planes at any level, because eight sampled points represent
-  /// them badly. The greatest depth of one mesh was 1.17 mm with 128 points. That of another mesh was 1.95 mm with
-  /// 1,024 points.
+  /// Flat nodes with more points than this are queried for planes at any level. Otherwise eight sampled points would
+  /// represent such a node, with a large error. The greatest depth of one mesh was 1.17 mm with 128 points. That of
+  /// another mesh was 1.95 mm with 1,024 points.
   std::uint32_t planes_above = 256;
   /// Motion after which nodes above planes are queried again [m]. share_of() spreads these queries over several steps.
   double plane_motion_m = 2e-4;
-  /// Longest motion after which a node that is not above planes is queried for planes again [m]; the shortest is half
-  /// of it. With two to three times this motion the search was faster, but steps of the force grew from 0.13 to 0.19 N.
+  /// A node that is above no plane is queried for planes again after a motion between half of this value and this value
+  /// [m]. With two to three times this motion the search was faster, but steps of the force grew from 0.13 to 0.19 N.
   double no_planes_m = 6e-4;
-  /// Plane queries assume that a point moves in any direction by at most this multiple of the accumulated motion of its
-  /// part. The accumulated motion alone is such a bound only inside the ball around the solid, and near points may be
-  /// slightly outside.
+  /// Plane queries assume that each point moves in any direction by at most this multiple of the accumulated motion of
+  /// its part. For points inside the bounding ball of the solid, the accumulated motion itself is an upper bound of
+  /// their motion. Near points may be slightly outside this ball.
   double sideways = 1.5;
-  /// Solids in a ball of a smaller radius [m] are not queried for planes, because points beside them move more than
-  /// `sideways` assumes.
+  /// Minimum radius of a solid's bounding ball [m]. Smaller solids are not queried for planes, because points beside
+  /// them move more than `sideways` assumes.
   double min_solid_m = 5e-3;
   /// Limits on the number of entries that new plane queries of a step may read from the field's table of planes. The
-  /// first is for a usual step, the second for the first step of a level, the third for a first cut or a wide band. One
-  /// query of a grid takes up to some microseconds.
+  /// first is for a usual step, the second for the first step of a level, the third for a first cut or a band above
+  /// wide_band_m. One query of a grid takes up to some microseconds.
   std::size_t plane_queries = 400, new_level_plane_queries = 2500, first_plane_queries = 50'000;
 };
 

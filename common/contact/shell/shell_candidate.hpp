@@ -35,12 +35,12 @@ struct ShellCandidate {
   Vec3 gradient_F = Vec3::UnitZ();  ///< gradient of the field at this pose; length about 1
   std::uint32_t first = 0;
   std::uint32_t count = 0;  ///< number of points that the candidate represents, beginning with the point `first`
-  std::uint32_t node = 0;   ///< index of the node above planes; unused for points
-  PlaneSet planes = 0;      ///< planes below the node; none for points
+  std::uint32_t node = 0;   ///< index of the node that lies above planes; unused for points
+  PlaneSet planes = 0;      ///< planes above which the node lies; none for points
 };
 
-/// Nodes with at most this number of points are small. On a plane, a small node has one pressing contact and one with a
-/// gap. A larger node has four of each.
+/// Nodes with at most this number of points are small. Above a plane, a small node gives one pressing contact and one
+/// with a gap. A larger node gives four of each.
 inline constexpr std::uint32_t kSmallNode = 32;
 inline constexpr std::size_t kMaxNodeContacts = 8;
 inline constexpr std::size_t kLeafContacts = 2;

@@ -28,10 +28,10 @@ struct ContactShape;
 ///            − radius, or the least sampled distance for a leaf. A node is queried again only when the shell has moved
 ///            by this bound.
 ///         3. If there are too many near points for the capacity, the points of each leaf are merged into two
-///            candidates: one for the pressing points, with their force and moment, and one for the near points that do
-///            not press.
-///         4. If there are still too many candidates, larger nodes are used as leaves, first those that cannot press.
-///            Only eight points of such a leaf are sampled
+///            candidates: one for the points inside the other shape (pressing), with their force and moment, and one
+///            for the near points outside it.
+///         4. If there are still too many candidates, larger nodes are used as leaves, first those that are too far to
+///            press before their next query. Only eight points of such a leaf are sampled
 /// Source  the margin for motion is the skin of a neighbour list: Verlet, "Computer experiments on classical fluids I",
 ///         Phys. Rev. 159, 1967. The cut, the bound of the motion and the larger leaves are our own
 /// Thread  any, one at a time; no allocation after construction
@@ -45,14 +45,14 @@ class ShellCandidates {
   void bind(const PointShell& shell, const ContactShape& points, const ContactShape& solid,
             std::uint32_t capacity) noexcept;
 
-  /// Finds all points nearer than `band_m` at this pose.
+  /// Performs one step of the search: finds all points nearer than `band_m` at this pose.
   ContactWork refresh(const Pose& X_FP, double band_m) noexcept;
 
   /// Candidates in the order of the shell; no point of the shell is in two of them.
   std::span<const ShellCandidate> candidates() const { return list_.all(); }
   const PointShell& shell() const { return *shell_; }
-  /// Returns the number of contacts that are left of the capacity. Each node above planes has used least_contacts_of()
-  /// of it, and each other candidate one.
+  /// Returns the remaining capacity, in contacts. Each node above planes uses least_contacts_of() contacts, each other
+  /// candidate one.
   std::size_t room() const { return list_.capacity() - list_.contacts(); }
   /// Returns the number of additional contacts that nodes above several planes need. The capacity includes contacts for
   /// only one plane of each node.

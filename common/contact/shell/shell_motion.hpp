@@ -26,7 +26,8 @@ class ShellMotion {
   /// Returns an upper bound of the change of the distances of a node's points in the last move().
   double moved_m(const ShellNode& node) const noexcept;
 
-  /// Returns whether the stored gap proves that no point is nearer than the band at this pose.
+  /// Returns true if the stored gap proves that every point is at least `band_m` away from the solid's surface at this
+  /// pose.
   bool is_out_of_reach(const Pose& X_FP, double band_m) const noexcept;
   /// Stores a lower bound of all distances at the current pose. A negative value means that it is unknown.
   void set_gap(double gap_m) noexcept;

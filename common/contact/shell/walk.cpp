@@ -8,7 +8,7 @@
 
 namespace tandem::contact {
 
-// Traverses the cut once and queries the nodes whose bounds do not hold. Returns false if the cut or the list of
+// Traverses the cut once and queries the nodes whose bounds no longer hold. Returns false if the cut or the list of
 // candidates is full, or if the limit of queries is exceeded.
 bool ShellCandidates::walk(double band_m) noexcept {
   walk_.divide_queries = queries_to_divide();
@@ -37,15 +37,15 @@ bool ShellCandidates::walk(double band_m) noexcept {
   return true;
 }
 
-/// Computes distances ahead of their use: those of the next eight inner nodes of the cut that need a query. Their
-/// memory accesses overlap.
+/// Computes distances before they are used: those of the next eight inner nodes of the cut that need a query. Their
+/// memory accesses overlap in time, which reduces the total delay.
 class ShellCandidates::Ahead {
  public:
   Ahead(const ShellCandidates& search, std::span<const CutNode> entries, double moved_m, double band_m)
       : search_(search), entries_(entries), moved_m_(moved_m), band_m_(band_m) {}
 
-  /// Returns a lower bound of the distances of the next such node. Must be called once for each of these nodes, in
-  /// their order.
+  /// Returns a lower bound of the distances of the next inner node that needs a query. Must be called once for each of
+  /// these nodes, in their order.
   double next_nearest_m() noexcept {
     if (at_ == count_) query();
     return nearest_m_[at_++];
@@ -130,8 +130,8 @@ bool ShellCandidates::walk_part(CutPart& part, double band_m) noexcept {
   return true;
 }
 
-// Sets the accumulated motion at which the part is next checked for pairs of halves that can be replaced by one node
-// above planes.
+// Sets the accumulated motion at which the part is next checked for two halves of a node that is above planes. The node
+// can replace these halves.
 //
 // In      was_worth_it  true: this walk reduced the number of entries by at least a fifth
 void ShellCandidates::plan_halves_check(CutPart& part, bool is_due, bool was_worth_it) noexcept {
@@ -140,7 +140,7 @@ void ShellCandidates::plan_halves_check(CutPart& part, bool is_due, bool was_wor
     part.has_open_question = true;
     part.halves_check_at_m = part.moved_m;
   } else if (is_due && planes_.has_open_question()) {
-    // The check is incomplete, because the limit of plane queries was reached. In slow motion, results of queries
+    // The check is incomplete, because the limit of plane queries was reached. In slow motion, results of plane queries
     // remain valid for several steps, so the check continues in the next step. In fast motion, they become invalid too
     // soon, so the check is postponed.
     part.waits_for_rest = !is_slow;

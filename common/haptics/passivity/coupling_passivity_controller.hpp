@@ -12,14 +12,18 @@ namespace tandem::haptics {
 ///
 /// Model   Energy balance after period k: E_k = −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ_{j,j+1} + (energy returned by the tool
 ///         beyond its earlier input). F_j and τ_j are the force and torque held in period j, x_j is the position, and
-///         θ_{j,j+1} the rotation in period j. The wrench is scaled down such that E_k + initial credit covers m, the
-///         bound of PortLookAhead. The balance nearly always suffices, and the wrench is then unchanged.
-///         Proof: in any step the hand takes at most E_k + initial credit, and a passive tool returns only energy that
-///         it received before. Starting from rest, the hand therefore never receives more than the initial credit.
-///         The work on the tool is not subtracted from E_k. Otherwise a hand whose force is scaled down, and which
+///         θ_{j,j+1} the rotation in period j.
+///         Let m be the largest energy that the hand can take in the next period (PortLookAhead::max_work_j()). If m
+///         exceeds E_k + initial credit, the wrench is scaled down until it does not. Usually m is smaller, and the
+///         wrench is unchanged.
+///
+///         Proof of passivity: in any step the hand takes at most E_k + initial credit. A passive tool returns only
+///         energy that it received before. Starting from rest, the hand therefore never receives more than the initial
+///         credit.
+///
+///         The work on the tool is not subtracted from E_k. If it were, a hand whose force is scaled down, and which
 ///         therefore does less work, would be charged for the full work on the tool. The force would then stay scaled
 ///         down
-/// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002. Their
 ///         controller uses past energy and adds damping; ours uses a bound one step ahead and scales the wrench
 /// Limits  * Valid only if work_on_tool_j belongs to the same period: no delay and no network between hand and tool.
 ///         * Energy dissipated by dampers and friction stays in the balance. The total energy created since reset() is

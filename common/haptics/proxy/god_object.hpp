@@ -125,8 +125,10 @@ class GodObject {
   std::size_t piece_count_ = 0;
   PlaneProjection planes_;
   ProxyState state_;
-  double reach_m_ = 0;  ///< reach of the current step
-  /// Reach requested for the next step. The actual reach is smaller where triangles are dense.
+  /// Radius around the proxy within which obstacle pieces were gathered for the current step. The step must not be
+  /// longer.
+  double reach_m_ = 0;
+  /// Radius requested for the next step. The actual radius (reach_m_) is smaller where triangles are dense.
   double wanted_m_ = 0;
   double travel_m_ = 0;  ///< longest step of the last update
   std::array<Vec3, kMaxSteps> way_W_;

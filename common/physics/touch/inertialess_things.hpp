@@ -9,8 +9,8 @@
 
 namespace tandem::physics {
 
-/// Handles the implicit objects without inertia in the touch stage (TouchThing::dynamics): massless objects, and
-/// objects at their handle. In each step the public functions are called in the order of their declaration.
+/// Handles the implicit objects without inertia in the touch stage: those whose TouchThing::dynamics is kMassless or
+/// kAtHandle. In each step the public functions are called in the order of their declaration.
 ///
 /// Model   kMassless: the object moves to the equilibrium of its coupling, its contacts and wrench_W, and has no
 ///         velocity at the end of the step. In the solver it has a small mass (the regularisation), whose effect on the
@@ -23,8 +23,8 @@ class InertialessThings {
   InertialessThings(std::size_t things, std::size_t tools, double speed_m_per_s);
   ~InertialessThings();
 
-  /// Computes how far the couplings and joints move each object without inertia. Objects at their handle are already
-  /// moved here, with limited speed, so that the contacts found later are those of their final poses.
+  /// Computes how far the couplings and joints move each object without inertia. Objects of kind kAtHandle are already
+  /// moved here, with limited speed. The contacts found later are therefore those of their final poses.
   TickFaults follow(double step_s, std::span<const TouchThing> things, std::span<const TouchCoupling> couplings,
                     std::span<const TouchJoint> joints) noexcept;
   /// Returns the upper limit of this object's motion in the step.
@@ -34,7 +34,7 @@ class InertialessThings {
   /// Adds the fluids around massless objects as couplings.
   void add_drags(std::span<const TouchThing> things, std::span<const int> body_of_thing,
                  std::vector<contact::SolverCoupling>& couplings) noexcept;
-  /// Computes the wrenches of hands and joints on objects at their handle. These wrenches are not part of the solution.
+  /// Computes the wrenches of hands and joints on objects of kind kAtHandle. The contact solver does not compute them.
   void show_contacts(double step_s, std::span<const TouchThing> things, std::span<const TouchContact> felt,
                      std::span<TouchCoupling> couplings, std::span<TouchJoint> joints) const noexcept;
 

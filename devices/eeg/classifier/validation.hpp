@@ -20,8 +20,8 @@ enum class SplitBy { kSessions, kBlocks, kWindows };
 /// * By sessions: each session is the test data of one fold, and `folds` has no effect.
 /// * By blocks or by windows: these are distributed at random over `folds` parts. Each part is the test data of one
 ///   fold.
-/// Fails   std::invalid_argument: there are fewer than two sessions, or fewer windows, or blocks of one state, than
-///         `folds`
+/// Fails   std::invalid_argument. By sessions: there are fewer than two sessions. By blocks: one of the two states has
+///         fewer blocks than `folds`. By windows: there are fewer windows than `folds`
 std::vector<Fold> split(const Calibration& calibration, SplitBy by, std::size_t folds, std::uint64_t seed);
 
 /// Refuses folds in which windows of one block are in both the training and the test data. Windows of a block resemble

@@ -75,9 +75,9 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
   return X_WA;
 }
 
-/// Contacts sorted by x, so that those near a point are found quickly. If there are more contacts than the search may
-/// return (its budget), one contact represents several points. Such a contact is stored at each of these points that is
-/// inside the other body.
+/// Points of contact sorted by x, so that those near a place are found quickly. The search returns a limited number of
+/// contacts. If it finds more points, one contact represents several of them. In this case, those of its points that
+/// are inside the other body are stored, too.
 class NearContacts {
  public:
   NearContacts(const contact::ContactPair& pair, const TouchObject& a, const Pose& X_WA, const TouchObject& b) {

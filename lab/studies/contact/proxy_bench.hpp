@@ -1,5 +1,5 @@
-// Measurements of `tandem-lab bench proxy`. A proxy that moves over a mesh is compared with a simple closest-point loop
-// along the same path of the hand.
+// Measurements of `tandem-lab bench proxy`. A proxy that moves over a mesh is compared with a simple method that
+// computes the closest point in each tick. Both follow the same path of the hand.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace tandem::lab {
 ///         the target at up to 0.2 m/s. It may pass through the inside of the mesh.
 std::vector<Vec3> wandering_hand(const geometry::TriangleMesh& mesh, std::size_t steps);
 
-/// Results of one loop along a path.
+/// Results of one method (god-object or closest point) for one path of the hand.
 struct ProxyRun {
   std::vector<Duration> times;
   std::vector<Vec3> ball_W;  ///< centre of the displayed ball at each tick
@@ -35,8 +35,8 @@ ProxyRun run_god_object(const std::shared_ptr<const haptics::ProxyMesh>& mesh,
 ProxyRun run_closest_point(const geometry::TriangleTree& tree, double radius_m, const std::vector<Vec3>& hand,
                            const Clock& clock);
 
-/// Figures of merit of a loop. They are computed from positions and triangles alone. The only code shared with the
-/// loops under test is the exact distance to a mesh.
+/// Figures of merit of one method. They are computed from positions and triangles alone. The only code shared with the
+/// methods under test is the exact distance to a mesh.
 struct ProxyFigures {
   TimeQuantiles loop_us;  ///< duration of a tick, over all ticks of all runs
   /// Largest penetration over the ticks: radius of the ball minus the signed distance of its centre.

@@ -18,8 +18,8 @@ namespace {
 constexpr double kDampingRatio = 0.7;
 constexpr double kMinBand_m = 5e-5;
 constexpr std::size_t kReducedContacts = 16;
-/// Lower limit of the lever arm by which a torque is divided. Division by a smaller spread of the contacts would
-/// exaggerate the torque error.
+/// A torque is divided by the largest distance of a contact from the tool's origin, but at least by this distance.
+/// Division by a smaller one would exaggerate the torque error.
 constexpr double kMinSpread_m = 1e-3;
 
 /// Tracks the difference between the wrench of the reduced contacts and the wrench of all contacts.

@@ -26,7 +26,8 @@ constexpr int kBisections = 7;
 constexpr int kDampings = 9;
 constexpr int kFinerDampings = 3;
 constexpr double kMinDamping = 1.0 / 64;
-/// Factor by which a fitted pair of stiffness and damping may exceed the roughness limit of its point.
+/// Factor by which the roughness of a calibration point may exceed its limit if the point uses the fitted stiffness and
+/// damping instead of the best ones. The same factor applies to the motion of a resting handle.
 constexpr double kFitTolerance = 1.1;
 /// Bounds for a fitted pair; both are our choice. The fitted stiffness is at least kMinShareOfStiffness times the best
 /// one. The fitted damping differs from the best one by at most the factor kMaxOfDamping, upwards or downwards.

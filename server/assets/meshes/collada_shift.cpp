@@ -11,8 +11,8 @@
 namespace tandem::server::mesh_reader {
 namespace {
 
-/// Largest distance of positions from the origin, in mesh sizes, up to which the file is not changed. At this distance,
-/// single precision loses less than a millionth of the mesh size.
+/// The file is not changed if no coordinate exceeds this multiple of the mesh size. Single precision then loses less
+/// than a millionth of the mesh size.
 constexpr double kFarthest = 4;
 
 /// A range of characters of the file.
@@ -74,7 +74,8 @@ bool is_list_of_xyz(std::string_view text, std::size_t begin, std::size_t end) {
   return names == "XYZ" && (offset.empty() || offset == "0");
 }
 
-/// Returns the number lists of all positions, in file order; nothing if any of them is not a list of X, Y, Z.
+/// Returns the parts of the text that list the coordinates of positions, in file order. Returns nothing if any of them
+/// is not a list of X, Y, Z.
 std::optional<std::vector<Piece>> position_lists(std::string_view text) {
   const auto ids = position_sources(text);
   std::vector<Piece> lists;

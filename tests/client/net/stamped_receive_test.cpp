@@ -96,8 +96,8 @@ TEST(BelievedAge, TheAgeOfADatagramDoesNotDependOnTheWallClock) {
     // before the datagram's arrival.
     const Duration age = span(1e-6, 86400), empty_for = age + span(1e-6, 1);
     EXPECT_EQ(believed_age(age, empty_for, empty_for), age);
-    // The wall clock is set by up to ten years. If it is set while the datagram waits, the stamp gives a wrong age;
-    // otherwise it is set before the arrival.
+    // The wall clock is shifted by up to ten years. In half of the trials it is shifted while the datagram waits, so
+    // the stamp gives a wrong age. In the other half it is shifted before the datagram arrives.
     const Duration set_by = (random.uniform() < 0.5 ? 1 : -1) * span(1e-6, 3e8);
     const Duration waited = random.uniform() < 0.5 ? age + set_by : age;
     const Duration believed = believed_age(waited, empty_for, empty_for + set_by);

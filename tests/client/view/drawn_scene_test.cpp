@@ -40,8 +40,8 @@ std::string add_asset(AssetMap& assets, const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(hash.data()), hash.size()};
 }
 
-/// Adds an asset with the drawing of a mesh. Returns the hash of a surface asset that does not exist here; the drawing
-/// belongs to it.
+/// Adds an asset with the drawing of a mesh. The drawing belongs to a surface asset, which these tests do not provide.
+/// Returns the hash of that surface asset.
 std::string add_drawing(wire::Joined& joined, AssetMap& assets, const geometry::TriangleMesh& mesh) {
   const std::string surface(32, 's');
   wire::AssetInfo& info = *joined.add_assets();

@@ -99,8 +99,8 @@ TEST_P(RoleSwap, KeepsTheWellOfAllPairsOnTheWayIn) {
     error = std::max(error, std::abs(chosen.evaluate(at(contact + out)).energy_kj_per_mol() - energy));
   }
   EXPECT_LT(well, 0) << "seed " << seed_;
-  // The tolerance is 5 % of the well's depth, but of at least 20 kJ/mol (8 kT). Some random molecules are spherical and
-  // touch at one point only, so their attraction is weak.
+  // The tolerance is 5 % of the depth of the energy minimum (well). A depth below 20 kJ/mol (8 kT) counts as 20 kJ/mol.
+  // Some random molecules are spherical and touch at one point only, so their attraction is weak.
   EXPECT_LT(error, 0.05 * std::max(20.0, -well)) << "well " << well << " kJ/mol, seed " << seed_;
   RecordProperty("error_per_mille", static_cast<int>(std::lround(1000 * error / -well)));
 }

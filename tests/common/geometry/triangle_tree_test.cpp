@@ -177,7 +177,8 @@ TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndReportsAFullList) {
   }
 }
 
-/// Returns true if a line crosses a triangle. The reference works in the plane perpendicular to the line.
+/// Returns true if a line crosses a triangle. The test compares the tree with this function. It projects the triangle
+/// onto the plane perpendicular to the line, and tests on which side of each edge the line is.
 bool is_crossed(const TriangleMesh& mesh, std::size_t triangle, const Vec3& p, const Vec3& along) {
   const Vec3 right = along.unitOrthogonal(), up = along.cross(right);
   std::array<double, 3> turns{};

@@ -349,7 +349,7 @@ TEST(Safety, ClutchFadesTheForceThatWasDisplayedWhateverIsComputedAndEvenIfItBou
     SafetyRig rig;
     rig.run(good_input(), 600);
     for (int i = 1; i <= 1000 + pressed_ticks; ++i) {
-      // Reverses the force abruptly, as a damper does whose velocity jumps.
+      // The requested force reverses abruptly, like the force of a damper when its velocity jumps.
       SafetyInput input = good_input(Vec3(0, 0, -5));
       input.is_clutched = i <= pressed_ticks;
       const double before_n = rig.out.f.z();

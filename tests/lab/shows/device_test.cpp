@@ -67,7 +67,7 @@ TEST(Device, OfEachUserHisOwnSqueezeTogether) {
   EXPECT_GE(squeeze["hold_force_least_ratio"], 0.9);
 }
 
-/// Returns the path of the experiment after ten minutes of motion to and fro in free space.
+/// Returns `path`, preceded by ten minutes of motion to and fro in free space.
 devices::HandPath after_ten_minutes(const devices::HandPath& path) {
   constexpr Duration kFree = std::chrono::minutes(10), kWay = std::chrono::seconds(1);
   std::vector<devices::WayPoint> points;

@@ -1,6 +1,6 @@
 // Tests that the shipped experiments give the results stated in their descriptions. At a round trip of 50 ms, two users
-// share a peg and dock two helices: with the stage late-pose the hands are calm, with the stage hold they oscillate.
-// Users lift and push boxes, and touch a bunny.
+// touch a peg together and dock two helices. With the stage "late-pose" the hands are calm, with the stage "hold" they
+// oscillate. In other experiments, users lift and push boxes, and touch a bunny.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -20,8 +20,9 @@ CouplingParameters coupling_parameters() {
   return parameters;
 }
 
-/// A hand of 0.3 kg presses with 200 N/m through a line against a wall of 5 kN/m at the tool. The line has a delay of
-/// `delay` ticks in each direction.
+/// A hand of 0.3 kg is pulled by a spring of 200 N/m towards a point behind the surface of a wall. The wall has a
+/// stiffness of 5 kN/m and acts on the tool. A line connects hand and tool, with a delay of `delay` ticks in each
+/// direction.
 struct PressedWall {
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) tick();
